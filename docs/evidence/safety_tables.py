@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SOUND, SUPPLIES, YIELDING
 from safety_laboratory import LABORATORY
+from safety_null import BIASES, NULL
 from safety_sizes import SIZES
 
 from eft._files import write_text
@@ -26,6 +27,29 @@ def _after(row: dict[str, str]) -> str:
 def missed(row: dict[str, str]) -> str:
     """At how many moments a fault was never noticed in time, if its worst moment was not."""
     return f" at {row['unnoticed']} of {row['moments']}" if row["worst"] == "inf" else ""
+
+
+def _of_null_bias() -> str:
+    """Trips by a load cell: the worst of the schemes, and without a fault the causes."""
+    rows = read(NULL)
+    sizes = sorted({abs(bias) for bias in BIASES})
+    text = ["| load cell | " + " | ".join(f"bias of {100 * size:.0f} %" for size in sizes) + " |"]
+    text += ["| --- " * (1 + len(sizes)) + "|"]
+    for kind, start in dict.fromkeys((row["kind"], row["start"]) for row in rows):
+        cells = []
+        for size in sizes:
+            found = [
+                row
+                for row in rows
+                if (row["kind"], row["start"], abs(float(row["bias"]))) == (kind, start, size)
+            ]
+            force, moved = (max(float(row[key]) for row in found) for key in ("force", "displacement"))
+            alarm = " (alarm)" if kind == "none" and {row["causes"] for row in found} != {"none"} else ""
+            cells.append(f"{force / 1e3:.1f} kN, {1e3 * moved:.0f} mm{alarm}")
+        moment = "at the first sample" if start == "0" else "from 3 s on"
+        name = "sound" if kind == "none" else f"{'lost' if kind == 'lost' else 'wrong sign'} {moment}"
+        text.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join([*text, ""])
 
 
 def report(folder: Path) -> None:
@@ -97,6 +121,7 @@ def report(folder: Path) -> None:
         force, displacement = float(row["force"]) / 1e3, 1e3 * float(row["displacement"])
         text.append(f"| {row['way']} | {force:.0f} kN | {displacement:.0f} mm |")
     write_text(folder / "safety_responses.md", "\n".join([*text, ""]))
+    write_text(folder / "safety_null.md", _of_null_bias())
     text = []
     rows = read(SOUND)
     by_level = sum(row["cause"].endswith("_level") for row in rows)

@@ -1,4 +1,4 @@
-"""A null bias under the protection: the supply must rise as a pump's does."""
+"""A null bias under the protection."""
 
 import pytest
 
@@ -28,6 +28,45 @@ def test_a_bias_raises_no_alarm_while_the_supply_rises(bias: float) -> None:
     assert abs(run.force).max() < 10e3
 
 
-def test_a_bias_at_full_pressure_from_the_first_sample_is_taken_for_a_wrong_force() -> None:
-    runs = [eft.simulate(RIG.replace({"truth.servovalve.null_bias": bias}), COMMAND) for bias in (0.01, 0.02)]
-    assert [run.cause for run in runs] == [eft.Cause.NONE, eft.Cause.FORCE_IMPLAUSIBLE]
+@pytest.mark.parametrize("bias", [-0.03, -0.015, 0.01, 0.03])
+@pytest.mark.parametrize("loop", ["robust", "pd"])
+def test_a_bias_at_full_pressure_from_the_first_sample_raises_no_alarm(bias: float, loop: str) -> None:
+    changes = {"truth.servovalve.null_bias": bias, "controller.force_loop": loop}
+    run = eft.simulate(RIG.replace(changes | {"controller.realization": "digital"}), COMMAND)
+    assert run.cause == eft.Cause.NONE
+    # The valve fills the actuator before the spool has moved.
+    assert abs(run.force).max() < 18e3
+
+
+def _fails(kind: str, start: float, bias: float, start_time: float) -> eft.TestRun:
+    """A test of 6 kN in which the load cell fails."""
+    fault = {"signal": "force", "kind": kind, "start": start}
+    changes: dict[str, object] = {f"sensors.fault.{key}": value for key, value in fault.items()}
+    changes |= {"truth.servovalve.null_bias": bias, "protection.start_time": start_time}
+    noise = {"force": 78.0, "displacement": 6.35e-5, "velocity": 5.25e-4, "spool": 5e-4}
+    changes |= {f"truth.sensors.{signal}.noise": size for signal, size in noise.items()}
+    command = eft.sine_sweep(6000.0, 1.5, 1.5, start + 1.5, 4096.0)
+    return eft.simulate(RIG.replace(changes), command)
+
+
+@pytest.mark.parametrize("bias", [0.0, 0.01, 0.03])
+def test_a_wrong_sign_from_the_first_sample_is_noticed_when_the_test_begins(bias: float) -> None:
+    run = _fails("sign", 0.0, bias, 0.0)
+    assert run.cause in (eft.Cause.FORCE_IMPLAUSIBLE, eft.Cause.FORCE_LEVEL)
+    assert ((run.status & eft.Status.TRIPPED) != 0).argmax() / 4096.0 < 0.02
+
+
+@pytest.mark.parametrize("bias", [-0.02, 0.02])
+def test_a_known_bias_moves_the_piston_little_while_the_loop_is_open(bias: float) -> None:
+    largest = []
+    for true in (0.0, bias):
+        peaks = []
+        for moment in range(4):
+            start = 3.0 + moment / 6.0
+            run = _fails("lost", start, true, 0.5)
+            after = slice(int(start * 4096), None)
+            peaks.append((abs(run.force[after]).max(), abs(run.displacement[after]).max()))
+        largest.append([max(column) for column in zip(*peaks, strict=True)])
+    (force, displacement), (with_bias, moved) = largest
+    assert with_bias < 1.3 * force
+    assert moved < 1.1 * displacement

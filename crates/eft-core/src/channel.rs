@@ -166,9 +166,6 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let gated;
         let input = match parts.plausibility {
             Some(watch) => {
-                if parts.integrates && !state.protection.is_tripped() {
-                    state.sound_integral.keep(state.controller.integral(), self.window_ticks);
-                }
                 gated = watch.gate(&mut state.plausibility, input);
                 &gated
             }
@@ -218,9 +215,19 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 }
                 let source = protected.status & (status::TRIPPED | status::SHUT_DOWN) | u32::from(follows);
                 let source = source | believed.status & status::VELOCITY_DISTRUSTED;
-                let compensated = believed.velocity * protected.level;
+                // Without a motion there is nothing to follow, and a closed valve drifts least.
+                let rests = protected.open && watch.rests(&state.plausibility);
+                let source = source | u32::from(rests) << 1;
+                let level = if rests { T::splat(0.0) } else { protected.level };
+                let compensated = believed.velocity * level;
                 let braked = match state.protection.braking() {
                     Some(share) if !protected.open => watch.brake(compensated, share),
+                    _ if protected.open => {
+                        let calibration = state.calibration();
+                        let adds = calibration.null_signal.abs() > T::splat(0.0);
+                        let added = if adds { calibration.null_offset } else { T::splat(0.0) };
+                        compensated - watch.null_velocity(&state.plausibility, believed.spool, added)
+                    }
                     _ => compensated,
                 };
                 believed.velocity = watch.bridge(&mut state.plausibility, braked, source);
@@ -229,7 +236,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
                     believed.force = command;
                     protection |= status::FORCE_LOOP_OPEN;
                     // A wrong force has wound the integral up.
-                    state.controller.forget(state.sound_integral.older());
+                    state.controller.forget();
                 }
             }
         }

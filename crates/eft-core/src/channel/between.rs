@@ -2,7 +2,7 @@
 
 use core::borrow::Borrow;
 
-use crate::channel::state::{Choice, Sound, SoundIntegral};
+use crate::channel::state::{Choice, Sound};
 use crate::channel::{Channel, ChannelState};
 use crate::compensation::Calibration;
 use crate::controller::{ControllerInput, ControllerState};
@@ -31,7 +31,6 @@ impl<T: Real, const N: usize> Channel<T, N> {
             calibrations: [self.controller.nominal(); 2],
             sound: Sound::new(self.controller.nominal()),
             stuck: StuckWatchState::default(),
-            sound_integral: SoundIntegral::default(),
         }
     }
 
@@ -80,8 +79,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     }
 
     /// Sets the state to that of a rig that has long been at this operating point. The next [`step`](Self::step) with
-    /// the same input has no bump. The calibration, the force loop's integral and the protection keep their state, and a
-    /// window begins. An estimated velocity is that of a displacement at rest. An invalid input gives a rig at rest.
+    /// the same input has no bump. The calibration, the force loop's integral and the protection keep their state. A
+    /// window begins, and the plausibility watch begins anew, apart from the sensors that it distrusts. An estimated velocity is that of a displacement at rest. An invalid input gives a rig at rest.
     pub fn prime(&self, state: &mut ChannelState<T>, input: &Input<T>) {
         let velocity;
         (state.velocity, velocity) = self.velocity.prime(input);
@@ -94,6 +93,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             supply_pressure: input.supply_pressure,
         };
         state.controller = self.controller.prime(&state.controller, &asked, state.calibration());
+        state.plausibility = state.plausibility.begun_anew();
         state.stuck = StuckWatchState::default();
         state.velocity_gap = 0;
         if state.ticks_left == 0 {
@@ -109,11 +109,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// is learned.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
         if !self.learns {
-            let ChannelState {
-                controller, velocity, protection, plausibility, stuck, sound_integral, ..
-            } = *state;
-            let kept = ChannelState { controller, velocity, protection, plausibility, ..self.at_rest() };
-            *state = ChannelState { stuck, sound_integral, ..kept };
+            let ChannelState { controller, velocity, protection, plausibility, stuck, .. } = *state;
+            *state = ChannelState { controller, velocity, protection, plausibility, stuck, ..self.at_rest() };
         } else if state.windows_left > self.age_limit {
             state.windows_left = self.age_limit;
         }

@@ -36,10 +36,8 @@ pub struct ChannelState<T: Real> {
     /// Earlier calibrations, to return to when a sensor proves wrong.
     pub(super) sound: Sound<T>,
     pub(super) stuck: StuckWatchState<T>,
-    /// The force loop's earlier integral, to return to when the loop opens.
-    pub(super) sound_integral: SoundIntegral<T>,
 }
-integrity!(ChannelState<T>: calibrations, controller, velocity, protection, plausibility, velocity_gap, ticks_left, window, in_use, next, windows_left, sound, stuck, sound_integral);
+integrity!(ChannelState<T>: calibrations, controller, velocity, protection, plausibility, velocity_gap, ticks_left, window, in_use, next, windows_left, sound, stuck);
 
 /// One of two places, by the lowest bit. After a memory fault the number still is one of them.
 // A word wide, so that a tick copies it together with the flags.
@@ -172,45 +170,6 @@ impl<T: Real> Sound<T> {
     #[inline(always)]
     pub(super) fn go_back(&mut self) {
         self.gone_back = true;
-    }
-}
-
-/// Mean of the force loop's integral (V) from half a second to a second ago. It compensates for a null bias. A swing of
-/// the test or a fault of a sensor is not in it.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub(super) struct SoundIntegral<T> {
-    ticks_left: u32,
-    windows_left: u32,
-    mean: T,
-    newer: T,
-    older: T,
-}
-integrity!(SoundIntegral<T>: ticks_left, windows_left, mean, newer, older);
-
-impl<T: Real> SoundIntegral<T> {
-    /// Adds the integral of the first tick of each window to the mean, and keeps every n-th mean.
-    #[inline(always)]
-    pub(super) fn keep(&mut self, integral: T, window_ticks: u32) {
-        if let Some(left) = self.ticks_left.checked_sub(1) {
-            self.ticks_left = left;
-            return;
-        }
-        self.ticks_left = window_ticks.saturating_sub(1);
-        self.mean = self.mean + T::splat(1.0 / KEPT_EVERY as f64) * (integral - self.mean);
-        match self.windows_left.checked_sub(1) {
-            Some(left) => self.windows_left = left,
-            None => {
-                self.windows_left = KEPT_EVERY - 1;
-                (self.older, self.newer) = (self.newer, self.mean);
-            }
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn older(&self) -> T {
-        self.older
     }
 }
 

@@ -31,15 +31,10 @@ impl<S: Scalar> ControllerState<S> {
         self.valve_command
     }
 
-    /// The force loop's integral (V).
-    pub(crate) const fn integral(&self) -> S {
-        self.integral
-    }
-
-    /// Forgets the force errors. The integral (V) is an earlier one, and the derivative has no kick.
+    /// Forgets the force errors, so that the derivative has no kick.
     #[inline(always)]
-    pub(crate) fn forget(&mut self, integral: S) {
-        self.integral = integral;
+    pub(crate) fn forget(&mut self) {
+        self.integral = S::splat(0.0);
         self.servovalve = ServovalveControllerState::default();
     }
 

@@ -26,6 +26,16 @@ use sums::{Began, Sum, follow};
 
 /// Share of the limits that is enough if the force is far from its command.
 const ASTRAY: f64 = 0.5;
+/// Time (s) in which the low-passes settle to 2 %. The fast balance begins then.
+const SETTLED: f64 = 8.0e-3;
+/// Time (s) over which the null bias is averaged, and the time without a bias with which its mean begins.
+const MEMORY: f64 = 4.0;
+const BEFORE: f64 = 0.1;
+/// Null bias (1) that is not compensated for, because the test's swings may leave it in the mean. Twice as much is
+/// compensated for.
+const DOUBT: f64 = 0.003;
+/// Largest null bias (1) that is compensated for while the force loop is open.
+const NULL: f64 = 0.05;
 /// Share of the velocity that the brake leaves uncompensated.
 const BRAKE: f64 = 0.2;
 
@@ -132,8 +142,12 @@ pub(crate) struct PlausibilityState<T> {
     step: T,
     source: u32,
     load_pressure: LoadPressureState<T>,
+    /// Time (s) of the balanced samples, up to [`MEMORY`].
+    age: T,
+    /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias.
+    null: T,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, by_balance, followed, step, source, load_pressure);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, by_balance, followed, step, source, load_pressure, age, null);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -175,6 +189,10 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         known: &Known<T>,
     ) -> Cause {
         if input.displacement.is_finite() {
+            if !(state.age > T::splat(0.0)) {
+                // The displacement before the first sample is unknown.
+                state.derivative = self.derivative.at_rest(input.displacement);
+            }
             state.velocity = self.derivative.step(&mut state.derivative, input.displacement);
         }
         if velocity.is_finite() {
@@ -193,6 +211,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let unquestioned = !state.distrusted.iter().any(|distrusted| *distrusted);
         if !(valid & input.displacement.is_finite() & unquestioned) {
             state.goes_on = false;
+            self.learn_null_without_force(state, input, known);
             return Cause::None;
         }
         self.sum_up(state, input, velocity, known);
@@ -260,6 +279,23 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         velocity - share * (T::splat(BRAKE) * velocity).limit(-self.brake, self.brake)
     }
 
+    /// The velocity (m/s) that the null bias makes while the force loop is open, at this opening (1), apart from the opening
+    /// that the calibration adds for it.
+    #[inline(always)]
+    pub(crate) fn null_velocity(&self, state: &PlausibilityState<T>, spool: T, added: T) -> T {
+        let slope = self.model.flow(spool, spool, T::splat(0.0), T::splat(1.0)).slope;
+        let left = state.null + added;
+        let sure = (left.abs() * T::splat(1.0 / DOUBT) - T::splat(1.0)).limit(T::splat(0.0), T::splat(1.0));
+        slope * (left * sure) / self.area
+    }
+
+    /// Whether the piston has hardly moved of late, so that there is no motion to follow.
+    #[inline(always)]
+    pub(crate) fn rests(&self, state: &PlausibilityState<T>) -> bool {
+        let [.., of_motion, _] = state.envelopes;
+        self.per_reversal * of_motion < T::splat(1.0)
+    }
+
     /// The opening that should follow from the valve command.
     #[inline(always)]
     fn pass_through_valve(&self, state: &mut PlausibilityState<T>, known: &Known<T>) {
@@ -285,6 +321,13 @@ impl<T: Real> PlausibilityState<T> {
             Cause::SpoolLost | Cause::SpoolImplausible => *spool = true,
             _ => {}
         }
+    }
+
+    /// The state before the first sample, with what is known of sensors and valve.
+    pub(crate) fn begun_anew(&self) -> Self {
+        let Self { distrusted, by_balance, null, followed, step, source, .. } = *self;
+        let load_pressure = self.load_pressure.begun_anew();
+        Self { distrusted, by_balance, null, followed, step, source, load_pressure, ..Self::default() }
     }
 
     /// Whether the reading of the force jumped in this tick.

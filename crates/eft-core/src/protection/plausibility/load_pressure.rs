@@ -37,6 +37,13 @@ pub(crate) struct LoadPressureState<T> {
 }
 integrity!(LoadPressureState<T>: signal, sum, failed);
 
+impl<T: Real> LoadPressureState<T> {
+    /// The state before the first sample of a sensor that may have failed.
+    pub(super) fn begun_anew(&self) -> Self {
+        Self { failed: self.failed, ..Self::default() }
+    }
+}
+
 impl<T: Real> LoadPressureWatch<T> {
     /// One sample of force (N; NaN if lost) and load pressure (Pa); `period` is the sample period (s). The result is
     /// whether they contradict each other.

@@ -2,7 +2,9 @@
 
 use crate::number::Real;
 use crate::protection::plausibility::sums::{envelope, follow, rest};
-use crate::protection::plausibility::{Known, Plausibility, PlausibilityState};
+use crate::protection::plausibility::{
+    BEFORE, Known, MEMORY, NULL, Plausibility, PlausibilityState, SETTLED,
+};
 use crate::signals::Input;
 
 /// Share of the flow that a wrong calibration may leave, from the bounds of the self-calibration and the curve's error.
@@ -39,6 +41,11 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let passed = follow(valve_low, self.low, half * (flow + state.flow));
         let speed = half * (velocity + state.last_velocity);
         (state.flow, state.last_velocity) = (flow, velocity);
+        if !(state.age > T::splat(0.0)) {
+            // The force before the first sample is unknown.
+            *force_low = input.force;
+        }
+        let settles = state.age < T::splat(SETTLED);
         let leaked = self.leakage * input.force;
         let taken = follow(piston_low, self.low, self.area * speed + leaked);
         let before = *force_low;
@@ -61,15 +68,19 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let share = T::splat(FLOW);
 
         let residual = taken + oil - passed;
+        self.average(&mut state.age, &mut state.null, residual, known.flow_gain * (model.root * model.slope));
         let larger = |a: T, b: T| if a > b { a } else { b };
         let seen = larger(envelope(of_passed, self.decay, passed), envelope(of_taken, self.decay, taken));
         let tolerance = share * seen + T::splat(OIL) * oil.abs() + drift;
         balance.add(self.period * residual, self.period * tolerance, limit);
 
         let [of_residual, of_flow, of_force] = &mut state.highs;
-        let residual_above = rest(of_residual, self.high, residual);
-        let flow_above = envelope(of_fast, self.fast_decay, rest(of_flow, self.high, passed));
-        let measured = rest(of_force, self.high, oil);
+        // A null bias leaves a constant residual. Until the low-passes have settled, the high-passes take all of it for
+        // their mean, so that its beginning is no step.
+        let high = if settles { T::splat(1.0) } else { self.high };
+        let residual_above = rest(of_residual, high, residual);
+        let flow_above = envelope(of_fast, self.fast_decay, rest(of_flow, high, passed));
+        let measured = rest(of_force, high, oil);
         let oil_above = envelope(of_oil, self.fast_decay, measured);
         // Near null an overlap that is not in the table blocks the flow.
         let near = if input.spool.abs() < T::splat(NULL_REGION) { T::splat(1.0) } else { T::splat(0.0) };
@@ -120,6 +131,36 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             let moved = *spool_low - follow(spool_slow, self.slow, *spool_low);
             against.add(self.period * opposed(asked, moved), self.period * against_drift, against_limit);
             against.below = T::splat(0.0);
+        }
+    }
+
+    /// Adds a residual to the mean null bias. Over a few swings the mean contains little of an error of the flow gain.
+    #[inline(always)]
+    fn average(&self, age: &mut T, null: &mut T, residual: T, slope: T) {
+        if *age < T::splat(MEMORY) {
+            *age = *age + self.period;
+        }
+        // Beyond the table the flow has no slope.
+        if slope > T::splat(0.0) {
+            let opening = (residual / slope).limit(-T::splat(NULL), T::splat(NULL));
+            follow(null, self.period / (T::splat(BEFORE) + *age), opening);
+        }
+    }
+
+    /// The null bias while the force is distrusted. The mean of the oil's flow over a few swings is nearly zero.
+    #[inline(always)]
+    pub(super) fn learn_null_without_force(
+        &self,
+        state: &mut PlausibilityState<T>,
+        input: &Input<T>,
+        known: &Known<T>,
+    ) {
+        let [force, others @ ..] = state.distrusted;
+        let model = self.model.flow(input.spool, input.spool, T::splat(0.0), known.supply);
+        let slope = known.flow_gain * model.root;
+        let residual = self.area * state.velocity - slope * model.at_no_load;
+        if force & !others.contains(&true) & input.spool.is_finite() {
+            self.average(&mut state.age, &mut state.null, residual, slope * model.slope);
         }
     }
 }

@@ -190,6 +190,30 @@ fn a_force_of_wrong_sign_is_noticed_near_null_and_an_overlap_is_not() {
     assert!((start..start + 0.02).contains(&time), "{time}");
 }
 
+/// The time at which the watch names a cause after a null bias (1) has its full flow from the first sample on. The piston
+/// is blocked at a force (N), and the force changes until the spool has compensated for the bias.
+fn biased(bias: f64, force: f64) -> Option<(f64, Cause)> {
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    let settles = 4e-3;
+    let most = table.flow(bias) * settles * RIG.piston_area / RIG.compressibility;
+    named(1.0, |time| {
+        let left = libm::exp(-time / settles);
+        let force = force + most * (1.0 - left);
+        let leaked = RIG.leakage / RIG.piston_area * force;
+        let root = libm::sqrt(1.0 - bias.signum() * force / (RIG.piston_area * RIG.supply_pressure));
+        [force, 0.02, 0.0, table.opening((table.flow(bias) * left + leaked) / root) - bias]
+    })
+}
+
+#[test]
+fn neither_a_null_bias_from_the_first_sample_nor_a_dead_load_is_a_wrong_force() {
+    for bias in [-0.03, -0.02, -0.01, 0.01, 0.02, 0.03] {
+        for force in [-20e3, 0.0, 5e3, 20e3] {
+            assert_eq!(biased(bias, force), None, "{bias} {force}");
+        }
+    }
+}
+
 #[test]
 fn a_change_of_the_velocitys_source_makes_no_step() {
     let watch = watch();

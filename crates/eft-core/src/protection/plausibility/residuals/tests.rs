@@ -101,10 +101,10 @@ fn spool_and_command_may_differ_by_three_tenths() {
     assert_eq!(unknown.map(f64::to_bits), [0; 2]);
 }
 
-/// The sums after the first tick from rest, in which force (N) and spool (1) step: only the means over the tick pass.
+/// The sums after the first tick from a long rest, in which force (N) and spool (1) step: only the means over the tick pass.
 fn first(force: f64, spool: f64, senses_velocity: bool) -> [[f64; 2]; 7] {
     let watch = Plausibility { senses_velocity, ..watch() };
-    let mut state = PlausibilityState::default();
+    let mut state = PlausibilityState { age: SETTLED, ..PlausibilityState::default() };
     let none = f64::NAN;
     let known = Known { command: 0.0, valve_command: none, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0 };
     let input = Input { command: 0.0, force, displacement: 0.0, velocity: 0.0, spool, ..Input::default() };

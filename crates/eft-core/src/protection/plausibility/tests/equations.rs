@@ -47,6 +47,8 @@ fn before() -> PlausibilityState<f64> {
         fine: [0.21, 0.04, 0.05],
         sums: [Sum { above: MIDDLE, below: MIDDLE }; 7],
         flow: 0.003,
+        age: 1.0,
+        null: 0.01,
         last_velocity: 0.26,
         displacement: 0.0098,
         goes_on: true,
@@ -138,6 +140,87 @@ fn the_fast_balance_allows_a_fifth_of_the_flow_and_the_overlap() {
     let [residual, flow, oil, hidden] = fast();
     let seen = [f64::max(flow.abs(), 0.8 * 0.02), f64::max(oil.abs(), 0.8 * 0.03)];
     added("fast", &state.sums[FAST], residual, 0.2 * seen[0] + 0.6 * seen[1] + 0.013 + hidden);
+}
+
+#[test]
+fn until_the_low_passes_have_settled_all_of_a_residual_is_its_mean() {
+    let [passed, taken, oil] = flows();
+    let mut state = before();
+    for age in [PERIOD, SETTLED - 0.5 * PERIOD] {
+        state = PlausibilityState { age, ..before() };
+        state = summed(&round(), state);
+        near("mean", state.highs[0][0], taken + oil - passed);
+        assert!(state.highs[0][1].abs() < 1e-12, "{age}");
+        // Nothing but the tolerance is added: the envelopes fade.
+        let tolerance = 0.2 * 0.8 * 0.02 + 0.013;
+        added("fast", &state.sums[FAST], 0.0, tolerance + 0.6 * 0.8 * 0.03);
+        near("turned", (state.sums[TURNED].above - MIDDLE) / PERIOD, -tolerance);
+    }
+    assert!((state.age - SETTLED - 0.5 * PERIOD).abs() < 1e-12);
+    // The force before the first sample counts as the first one.
+    let first = summed(&round(), PlausibilityState { age: 0.0, ..before() });
+    near("force", first.lows[2], FORCE);
+}
+
+#[test]
+fn the_null_bias_is_the_mean_opening_of_the_residual() {
+    let [passed, taken, oil] = flows();
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    let slope = (table.flow(0.201) - table.flow(SPOOL)) / 1e-3;
+    let root = libm::sqrt(0.9 - FORCE / (RIG.piston_area * RIG.supply_pressure));
+    let open = ((taken + oil - passed) / (1.2 * root * slope)).clamp(-0.05, 0.05);
+    // The mean is over 4 s, and 0.1 s without a bias before the first one.
+    for (age, time) in [(0.0, 0.1 + PERIOD), (1.0, 1.1 + PERIOD), (4.0, 4.1)] {
+        let oil = if age > 0.0 { open } else { ((taken - passed) / (1.2 * root * slope)).clamp(-0.05, 0.05) };
+        let state = summed(&round(), PlausibilityState { age, ..before() });
+        near("null", state.null, 0.01 + (oil - 0.01) * PERIOD / time);
+        near("age", state.age, f64::min(age + PERIOD, 4.0));
+    }
+}
+
+#[test]
+fn without_the_force_the_null_bias_is_learned_from_piston_and_spool() {
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    let (watch, known) = (round(), known());
+    let slope = (table.flow(0.201) - table.flow(SPOOL)) / 1e-3;
+    let gain = 1.2 * libm::sqrt(0.9);
+    for (velocity, limited) in [(0.5 * gain * table.flow(SPOOL) + 0.01 * gain * slope, false), (0.3, true)] {
+        for (distrusted, learns) in
+            [([true, false, false, false], true), ([true, false, false, true], false), ([false; 4], false)]
+        {
+            let mut state = PlausibilityState { velocity, distrusted, ..before() };
+            watch.learn_null_without_force(&mut state, &input(), &known);
+            let open = (2.0 * velocity - gain * table.flow(SPOOL)) / (gain * slope);
+            let expected = if limited { 0.05 } else { open };
+            let expected = if learns { 0.01 + (expected - 0.01) * PERIOD / (1.1 + PERIOD) } else { 0.01 };
+            near("null", state.null, expected);
+        }
+    }
+    let mut state = PlausibilityState { distrusted: [true, false, false, false], ..before() };
+    watch.learn_null_without_force(&mut state, &Input { spool: f64::NAN, ..input() }, &known);
+    near("a lost spool", state.null, 0.01);
+}
+
+#[test]
+fn an_open_loop_subtracts_the_velocity_by_the_null_bias() {
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    let slope = (table.flow(0.201) - table.flow(SPOOL)) / 1e-3;
+    // Nothing of 0.003 and all of 0.006 counts. The area is 2 m².
+    for (added, left) in
+        [(0.0, 0.01), (-0.004, 0.006), (-0.006, 0.004 / 3.0), (-0.008, 0.0), (-0.0145, -0.0045 / 2.0)]
+    {
+        let found = round().null_velocity(&before(), SPOOL, added);
+        assert!((found - 0.5 * slope * left).abs() < 1e-12, "{found}");
+    }
+}
+
+#[test]
+fn a_piston_rests_below_the_velocity_of_a_reversal() {
+    let mut state = before();
+    for (fastest, rests) in [(1.4, true), (1.5, false)] {
+        state.envelopes[4] = fastest;
+        assert_eq!(round().rests(&state), rests, "{fastest}");
+    }
 }
 
 #[test]
