@@ -65,9 +65,9 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// Shares of the envelopes that remain in a sample, for the fast residual and for the others.
     pub(super) fast_decay: T,
     pub(super) decay: T,
-    /// Residuals by noise and offsets, of flow and fast flow (m³/s), motion (m/s), opening and its direction (1). Limits of
-    /// the sums.
-    pub(super) drift: [T; 5],
+    /// Residuals by noise and offsets, of flow and fast flow (m³/s), motion (m/s), opening and its direction (1), and ratio
+    /// (m/s). Limits of the sums.
+    pub(super) drift: [T; 6],
     pub(super) limit: [T; 7],
     /// Largest time (s) between velocity and displacement.
     pub(super) late: T,

@@ -13,6 +13,8 @@ const CORNER: f64 = 80.0;
 const ABOVE: f64 = 15.0;
 /// Corner (Hz) below which the ratio of velocity and displacement is compared.
 const FINE: f64 = 15.0;
+/// Frequency (Hz) of the fastest motion.
+const FASTEST: f64 = 10.0;
 /// Delay (s) between velocity and displacement: 1.5 ms of latency, and the lag of a sensor of 0.3 kHz.
 const LATE: f64 = 2.0e-3;
 /// Delay (s) between force and load pressure.
@@ -148,6 +150,14 @@ macro_rules! constructor {
                 // low-pass of the ratio leaves about half of it.
                 let travel = 5.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
                 let ratio = 3.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
+                // The direction of the motion turns the displacement's noise over at each reversal, so that it adds up to a
+                // random walk, as the velocity's noise does. This is its variance in a second (m²/s). A walk against a
+                // drift exceeds a limit with a probability of exp(−2·drift·limit/variance).
+                let fine = share(FINE, rate);
+                let turned = 2.0 * displacement_noise;
+                let walk = 2.0 * FASTEST * turned * turned * fine / (2.0 - fine)
+                    + velocity_noise * velocity_noise / rate;
+                let ratio_drift = 0.5 * readings * walk / ratio;
                 let balance = 16.0 * displacement_noise + 0.01 * displacement;
                 let delays = p.computation_delay as f64;
                 let repeats = 3.0e-3 * rate;
@@ -213,6 +223,7 @@ macro_rules! constructor {
                         (behind * velocity_noise) as $t,
                         (behind * spool_noise + 0.03) as $t,
                         (behind * spool_noise) as $t,
+                        ratio_drift as $t,
                     ],
                     limit: [
                         (1.5 * area * balance + wandering) as $t,
@@ -224,7 +235,7 @@ macro_rules! constructor {
                         AGAINST as $t,
                     ],
                     late: LATE as $t,
-                    fine: share(FINE, rate) as $t,
+                    fine: fine as $t,
                     per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
                     fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
                     brake: (BRAKE * velocity) as $t,

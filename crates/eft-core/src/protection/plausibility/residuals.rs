@@ -61,7 +61,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let travelled = self.rate * (follow(displacement_low, self.low, input.displacement) - before);
 
         let [of_passed, of_taken, of_fast, of_oil, of_motion, of_valve] = &mut state.envelopes;
-        let [drift, fast_drift, motion_drift, valve_drift, against_drift] = self.drift;
+        let [drift, fast_drift, motion_drift, valve_drift, against_drift, ratio_drift] = self.drift;
         let [limit, fast_limit, motion_limit, valve_limit, turned_limit, ratio_limit, against_limit] =
             self.limit;
         let [balance, fast, motion, stroke, turned, ratio, against] = &mut state.sums;
@@ -111,7 +111,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             let one = T::splat(1.0);
             let beyond = off * (self.per_reversal * speed).limit(-one, one);
             // In the direction of the motion a delay adds itself times the change of the velocity's size.
-            let tolerance = T::splat(MOTION) * speed.abs();
+            let tolerance = T::splat(MOTION) * speed.abs() + ratio_drift;
             let change = [self.period * beyond, self.period * tolerance, ratio_limit];
             ratio_began.add(ratio, change, [self.late, speed.abs()]);
             // The flow's residual vanishes with the correct one of the two.

@@ -59,7 +59,11 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
         ("shares", &[watch.low, watch.high, watch.fine], &[0.1156239, 2.274800e-2, 2.274800e-2]),
         ("valve", &[watch.lag, watch.slow, watch.valve_gain], &[8.517888e-2, 7.640603e-3, 0.1]),
         ("decays", &[watch.fast_decay, watch.decay, watch.fade], &[0.9975486, 0.9984672, 0.9534451]),
-        ("drifts", &watch.drift, &[4.419913e-4, 8.804801e-6, 1.600741e-4, 3.015245e-2, 1.524515e-4]),
+        (
+            "drifts",
+            &watch.drift,
+            &[4.419913e-4, 8.804801e-6, 1.600741e-4, 3.015245e-2, 1.524515e-4, 2.467811e-04],
+        ),
         (
             "limits",
             &watch.limit,

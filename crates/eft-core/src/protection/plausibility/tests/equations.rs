@@ -23,7 +23,7 @@ fn round() -> Plausibility<f64, 21> {
         slow: 0.125,
         fast_decay: 0.8,
         decay: 0.9,
-        drift: [0.011, 0.013, 0.017, 0.019, 0.001],
+        drift: [0.011, 0.013, 0.017, 0.019, 0.001, 0.007],
         limit: [90.0, 91.0, 92.0, 93.0, 94.0, 95.0, 96.0],
         late: 0.003,
         fine: 0.375,
@@ -300,14 +300,14 @@ fn the_ratio_counts_the_difference_in_the_direction_of_motion() {
     let off = 0.04 + 0.375 * (moved - travelled - 0.04);
     // Below 1/0.7 m/s the direction has a smaller weight.
     let state = summed(&round(), before());
-    added("slow", &state.sums[RATIO], off * 0.7 * speed, 0.05 * speed);
+    added("slow", &state.sums[RATIO], off * 0.7 * speed, 0.05 * speed + 0.007);
     let state = summed(&Plausibility { per_reversal: 1e3, ..round() }, before());
-    added("fast", &state.sums[RATIO], off, 0.05 * speed);
+    added("fast", &state.sums[RATIO], off, 0.05 * speed + 0.007);
     let mut turned = before();
     turned.fine[0] = -2.0;
     let back = -2.0 + 0.375 * (moved + 2.0);
     let state = summed(&Plausibility { per_reversal: 1e3, ..round() }, turned);
-    added("backwards", &state.sums[RATIO], -off, 0.05 * -back);
+    added("backwards", &state.sums[RATIO], -off, 0.05 * -back + 0.007);
 }
 
 #[test]
