@@ -1,7 +1,7 @@
 //! `eft.Plant`: the plant alone, sample by sample.
 
 use eft_sim::SimulateOptions;
-use eft_sim::closed_loop::{PlantReading, PlantStepper};
+use eft_sim::closed_loop::{Method, PlantReading, PlantStepper};
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -51,7 +51,8 @@ impl Plant {
     #[pyo3(signature = (rig, sample_rate=None, structure=None))]
     fn new(rig: &Rig, sample_rate: Option<f64>, structure: Option<Py<PyAny>>) -> PyResult<Self> {
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
-        let options = SimulateOptions::default();
+        // One method with any structure; the exponential one has no place for an external structure.
+        let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
         let inner = PlantStepper::new(&rig.config, rate, &options).map_err(to_python)?;
         Ok(Self { inner, stacked: is_building(&rig.config), period: 1.0 / rate, structure })
     }

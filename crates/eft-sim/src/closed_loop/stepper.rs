@@ -2,11 +2,12 @@
 
 use eft_core::status;
 
+use crate::closed_loop::method::Method;
 use crate::closed_loop::simulate::{SimulateOptions, check_each};
 use crate::closed_loop::specimen::Exchange;
 use crate::config::RigConfig;
-use crate::error::Result;
-use crate::plant::{ActuatorState, Driver, Plant, Signals, TimeGrid};
+use crate::error::{Error, Result};
+use crate::plant::{ActuatorState, Driver, Exponential, FastState, Plant, Signals, TimeGrid, needs_detail};
 
 /// The true state of the plant at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,39 +32,8 @@ pub struct PlantReading {
     pub status: u32,
 }
 
-impl PlantReading {
-    /// The reading at a time (s) from state, force (N), supply pressure (Pa) and acceleration (m/s²). The
-    /// last argument tells whether the spool is at a stop and the piston beyond its stroke.
-    pub(crate) fn new(
-        time: f64,
-        core: &ActuatorState<f64>,
-        force: f64,
-        [supply_pressure, acceleration]: [f64; 2],
-        (at_stop, beyond_stroke): (bool, bool),
-    ) -> Self {
-        let ActuatorState { spool, load_pressure, displacement, velocity, .. } = *core;
-        let flags = [
-            (at_stop, status::SPOOL_STOP),
-            (beyond_stroke, status::STROKE_EXCEEDED),
-            (!core.is_bounded(), status::DIVERGED),
-        ];
-        let status = flags.iter().filter(|flag| flag.0).fold(0, |all, flag| all | flag.1);
-        Self {
-            time,
-            force,
-            displacement,
-            velocity,
-            spool,
-            load_pressure,
-            supply_pressure,
-            acceleration,
-            status,
-        }
-    }
-}
-
 /// A plant that advances by one sample per call under one held valve command per actuator, the ground floor's
-/// first.
+/// first. It has the bits of a whole test with the same options.
 ///
 /// An external structure may replace the rig's own. [`push`](Self::push) advances the hydraulics by one
 /// sample and returns the mean forces of that sample. [`follow`](Self::follow) then sets the motion of the
@@ -71,41 +41,111 @@ impl PlantReading {
 /// The exchange is of second order: half the sample period gives a quarter of the error.
 #[derive(Debug, Clone)]
 pub struct PlantStepper {
-    plant: Plant<f64>,
+    plant: Integrated,
     grid: TimeGrid,
     ticks: u64,
-    exchange: Exchange,
+}
+
+/// The plant and its integration, chosen as for a whole test.
+#[derive(Debug, Clone)]
+enum Integrated {
+    Fast(Box<Exponential<f64>>, FastState<f64>),
+    General(Box<Plant<f64>>, Exchange),
 }
 
 impl PlantStepper {
-    /// The plant of a rig at rest, for steps at a sample rate (Hz).
+    /// The plant of a rig at rest, for steps at a sample rate (Hz). [`push`](Self::push) needs
+    /// [`Method::RungeKutta`] if the rig has no effect beyond the paper's model.
     ///
     /// # Errors
-    /// An invalid sample rate.
+    /// An invalid sample rate or step, or a flow curve that the core refuses.
     pub fn new(rig: &RigConfig, sample_rate: f64, options: &SimulateOptions) -> Result<Self> {
         crate::checks::sample_rate("sample_rate", sample_rate)?;
-        let (plant, grid) = (Plant::pack(|_| rig)?, options.grid(rig, sample_rate)?);
-        let exchange = Exchange::new(plant.actuators());
-        Ok(Self { plant, grid, ticks: 0, exchange })
+        let grid = options.grid(rig, sample_rate)?;
+        let detailed = needs_detail(rig) || rig.structure.floors() > 1;
+        let plant = if detailed || options.method == Method::RungeKutta {
+            let plant = Plant::pack(|_| rig)?;
+            let exchange = Exchange::new(plant.actuators());
+            Integrated::General(Box::new(plant), exchange)
+        } else {
+            // The valve command is held, as from a digital force loop.
+            let digital = rig.replace(&[("controller.realization", "digital".into())])?;
+            Integrated::Fast(Box::new(Exponential::pack(|_| &digital, grid)?), FastState::default())
+        };
+        Ok(Self { plant, grid, ticks: 0 })
     }
 
     /// Back to rest.
     pub fn reset(&mut self) {
-        self.plant.reset();
         self.ticks = 0;
-        self.exchange.reset();
+        match &mut self.plant {
+            Integrated::Fast(_, state) => *state = FastState::default(),
+            Integrated::General(plant, exchange) => {
+                plant.reset();
+                exchange.reset();
+            }
+        }
+    }
+
+    /// Number of actuators.
+    pub(crate) fn actuators(&self) -> usize {
+        match &self.plant {
+            Integrated::Fast(..) => 1,
+            Integrated::General(plant, _) => plant.actuators(),
+        }
+    }
+
+    /// Time of a sample (s).
+    pub(crate) fn period(&self) -> f64 {
+        1.0 / self.grid.sample_rate
+    }
+
+    /// The true signals of an actuator's sensors.
+    pub(crate) fn signals(&self, i: usize) -> Signals<f64> {
+        self.look(i).2
+    }
+
+    /// State, force (N) on the structure, true signals, and whether the spool is at a stop and the piston
+    /// beyond its stroke.
+    fn look(&self, i: usize) -> (ActuatorState<f64>, f64, Signals<f64>, (bool, bool)) {
+        match &self.plant {
+            Integrated::Fast(plant, state) => {
+                let (blocks, state) = (plant.plant(), state.plant());
+                (*state, blocks.force(state), blocks.signals(state), blocks.at_limits(state))
+            }
+            Integrated::General(plant, exchange) => {
+                let mut signals = plant.signals(i);
+                signals.acceleration = exchange.acceleration(i).unwrap_or(signals.acceleration);
+                (plant.actuator(i), plant.force(i), signals, plant.at_limits(i))
+            }
+        }
     }
 
     /// The true state, one reading per actuator.
     pub fn readings(&self) -> Vec<PlantReading> {
-        let time = self.ticks as f64 / self.grid.sample_rate;
-        let reading = |i| {
-            let Signals { supply_pressure, acceleration, .. } = self.plant.signals(i);
-            let further = [supply_pressure, self.exchange.acceleration(i).unwrap_or(acceleration)];
-            let limits = self.plant.at_limits(i);
-            PlantReading::new(time, &self.plant.actuator(i), self.plant.force(i), further, limits)
-        };
-        (0..self.plant.actuators()).map(reading).collect()
+        (0..self.actuators()).map(|i| self.reading(i)).collect()
+    }
+
+    fn reading(&self, i: usize) -> PlantReading {
+        let (state, force, signals, (at_stop, beyond_stroke)) = self.look(i);
+        let flags = [
+            (at_stop, status::SPOOL_STOP),
+            (beyond_stroke, status::STROKE_EXCEEDED),
+            (!state.is_bounded(), status::DIVERGED),
+        ];
+        let Signals { supply_pressure, acceleration, .. } = signals;
+        let ActuatorState { spool, load_pressure, displacement, velocity, .. } = state;
+        PlantReading {
+            time: self.ticks as f64 / self.grid.sample_rate,
+            force,
+            displacement,
+            velocity,
+            spool,
+            load_pressure,
+            supply_pressure,
+            acceleration,
+            status: flags.iter().filter(|flag| flag.0).fold(0, |all, flag| all | flag.1),
+        }
     }
 
     /// Advances by one sample with the rig's structure under one valve command (V) per actuator, and returns
@@ -115,8 +155,15 @@ impl PlantStepper {
     /// A wrong number of commands, or one that is not finite.
     pub fn step(&mut self, valve_commands: &[f64]) -> Result<Vec<PlantReading>> {
         let drivers = self.held(valve_commands)?;
-        self.plant.advance(&drivers, self.grid);
-        self.exchange.passed();
+        match &mut self.plant {
+            Integrated::Fast(plant, state) => {
+                *state = plant.advance(*state, plant.predict(state), &drivers[0].held, self.grid);
+            }
+            Integrated::General(plant, exchange) => {
+                plant.advance(&drivers, self.grid);
+                exchange.passed();
+            }
+        }
         self.ticks += 1;
         Ok(self.readings())
     }
@@ -126,27 +173,59 @@ impl PlantStepper {
     /// [`follow`](Self::follow) must come next.
     ///
     /// # Errors
-    /// As [`step`](Self::step).
+    /// As [`step`](Self::step), or the exponential method, whose linear part contains the rig's structure.
     pub fn push(&mut self, valve_commands: &[f64]) -> Result<Vec<f64>> {
         let drivers = self.held(valve_commands)?;
+        let grid = self.grid;
+        let (plant, exchange) = self.exchanging()?;
+        let forces = exchange.push(plant, &drivers, grid);
         self.ticks += 1;
-        Ok(self.exchange.push(&mut self.plant, &drivers, self.grid))
+        Ok(forces)
     }
 
     /// Sets the motions (m, m/s) of the external structure at the end of the sample, one per actuator.
     ///
     /// # Errors
-    /// A wrong number of motions, or one that is not finite.
+    /// A wrong number of motions, or one that is not finite. As [`push`](Self::push).
     pub fn follow(&mut self, displacements: &[f64], velocities: &[f64]) -> Result<()> {
-        let actuators = self.plant.actuators();
+        let (actuators, grid) = (self.actuators(), self.grid);
         check_each("displacement", "m", displacements, actuators)?;
         check_each("velocity", "m/s", velocities, actuators)?;
-        self.exchange.follow(&mut self.plant, displacements, velocities, self.grid);
+        let (plant, exchange) = self.exchanging()?;
+        exchange.follow(plant, displacements, velocities, grid);
         Ok(())
     }
 
+    fn exchanging(&mut self) -> Result<(&mut Plant<f64>, &mut Exchange)> {
+        match &mut self.plant {
+            Integrated::General(plant, exchange) => Ok((plant, exchange)),
+            Integrated::Fast(..) => {
+                let allowed = "must be RungeKutta for an external structure";
+                Err(Error::value("method", "Exponential", allowed))
+            }
+        }
+    }
+
     fn held(&self, valve_commands: &[f64]) -> Result<Vec<Driver<f64>>> {
-        check_each("valve_command", "V", valve_commands, self.plant.actuators())?;
+        check_each("valve_command", "V", valve_commands, self.actuators())?;
         Ok(valve_commands.iter().map(|command| Driver::held(*command)).collect())
+    }
+
+    /// Opens the bypass valves further for a sample, as after a trip.
+    pub(crate) fn open_bypass(&mut self) {
+        if let Integrated::General(plant, _) = &mut self.plant {
+            plant.open_bypass(self.grid, true);
+        }
+    }
+
+    /// Visits every number of the state with the rig's structure, to store or to replace it.
+    pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        let mut ticks = self.ticks as f64;
+        visit(&mut ticks);
+        self.ticks = ticks as u64;
+        match &mut self.plant {
+            Integrated::Fast(_, state) => state.numbers().into_iter().for_each(visit),
+            Integrated::General(plant, _) => plant.numbers(visit),
+        }
     }
 }

@@ -1,13 +1,13 @@
-//! The virtual rig without its controller, sample by sample: plant, sensors and converter.
+//! The virtual rig without its controller, sample by sample: sensors and converters around the plant.
 
 use eft_core::status;
 
 use crate::closed_loop::simulate::{SimulateOptions, check_each};
-use crate::closed_loop::stepper::PlantReading;
+use crate::closed_loop::stepper::{PlantReading, PlantStepper};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::instruments::{Dac, Sensors};
-use crate::plant::{ActuatorState, Driver, Exponential, FastState, Plant, Signals, TimeGrid, needs_detail};
+use crate::plant::Signals;
 
 /// The true state of a virtual rig at one tick, and its sensors' readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,12 +37,9 @@ pub struct RigReading {
 /// with `controller.realization = "digital"`, bit for bit.
 #[derive(Debug, Clone)]
 pub struct VirtualRig {
-    plant: Integrated,
+    plant: PlantStepper,
     /// One an actuator.
     instruments: Vec<Instruments>,
-    drivers: Vec<Driver<f64>>,
-    grid: TimeGrid,
-    ticks: u64,
     tripped: bool,
 }
 
@@ -56,90 +53,49 @@ struct Instruments {
     measured: Signals<f64>,
 }
 
-/// The plant and its integration, chosen as for a whole test.
-#[derive(Debug, Clone)]
-enum Integrated {
-    Fast(Box<Exponential<f64>>, FastState<f64>),
-    General(Box<Plant<f64>>),
-}
-
-impl Integrated {
-    fn advance(&mut self, drivers: &[Driver<f64>], grid: TimeGrid) {
-        match self {
-            Self::Fast(plant, state) => {
-                if let [driver] = drivers {
-                    *state = plant.advance(*state, plant.predict(state), &driver.held, grid);
-                }
-            }
-            Self::General(plant) => plant.advance(drivers, grid),
-        }
-    }
-
-    /// The state of an actuator, the force (N) on the structure, the true signals of its sensors, and whether
-    /// the spool is at a stop and the piston beyond its stroke.
-    fn look(&self, i: usize) -> (ActuatorState<f64>, f64, Signals<f64>, (bool, bool)) {
-        match self {
-            Self::Fast(plant, state) => {
-                let (blocks, state) = (plant.plant(), state.plant());
-                (*state, blocks.force(state), blocks.signals(state), blocks.at_limits(state))
-            }
-            Self::General(plant) => (plant.actuator(i), plant.force(i), plant.signals(i), plant.at_limits(i)),
-        }
-    }
-}
-
 impl VirtualRig {
     /// The plant of a rig at rest, with its sensors and converters, at `controller.sample_rate`.
     ///
     /// # Errors
     /// A flow curve that the core refuses.
     pub fn new(rig: &RigConfig) -> Result<Self> {
-        // An external controller is sampled, so the valve command is held.
-        let rig = &rig.replace(&[("controller.realization", "digital".into())])?;
-        let (sample_rate, actuators) = (rig.controller.sample_rate, rig.structure.floors());
-        let grid = SimulateOptions::default().grid(rig, sample_rate)?;
-        let plant = if needs_detail(rig) || actuators > 1 {
-            Integrated::General(Box::new(Plant::pack(|_| rig)?))
-        } else {
-            Integrated::Fast(Box::new(Exponential::pack(|_| rig, grid)?), FastState::default())
-        };
+        let sample_rate = rig.controller.sample_rate;
+        let plant = PlantStepper::new(rig, sample_rate, &SimulateOptions::default())?;
         let instruments = |i| Instruments {
             sensors: Sensors::new(|_| rig, sample_rate, i as u64),
             dac: Dac::new(|_| &rig.plant().dac),
             clipped: 0,
-            measured: plant.look(i).2,
+            measured: plant.signals(i),
         };
-        let instruments = (0..actuators).map(instruments).collect();
-        let drivers = Vec::with_capacity(actuators);
-        let mut whole = Self { plant, instruments, drivers, grid, ticks: 0, tripped: false };
+        let instruments = (0..plant.actuators()).map(instruments).collect();
+        let mut whole = Self { plant, instruments, tripped: false };
         whole.measure();
         Ok(whole)
     }
 
     /// Time of a tick (s).
     pub fn period(&self) -> f64 {
-        1.0 / self.grid.sample_rate
+        self.plant.period()
     }
 
     /// The true state of each actuator and its sensors' readings, the ground floor's first.
     pub fn readings(&self) -> impl Iterator<Item = RigReading> {
-        let time = self.ticks as f64 / self.grid.sample_rate;
-        self.instruments.iter().enumerate().map(move |(i, Instruments { clipped, measured, .. })| {
-            let (actuator, force, truth, limits) = self.plant.look(i);
-            let further = [truth.supply_pressure, truth.acceleration];
-            let mut truth = PlantReading::new(time, &actuator, force, further, limits);
-            truth.status |= clipped;
-            RigReading {
-                truth,
-                measured_force: measured.force,
-                measured_displacement: measured.displacement,
-                measured_velocity: measured.velocity,
-                measured_spool: measured.spool,
-                measured_supply_pressure: measured.supply_pressure,
-                measured_acceleration: measured.acceleration,
-                measured_load_pressure: measured.load_pressure,
-            }
-        })
+        let instruments = self.instruments.iter();
+        self.plant.readings().into_iter().zip(instruments).map(
+            |(mut truth, Instruments { clipped, measured, .. })| {
+                truth.status |= clipped;
+                RigReading {
+                    truth,
+                    measured_force: measured.force,
+                    measured_displacement: measured.displacement,
+                    measured_velocity: measured.velocity,
+                    measured_spool: measured.spool,
+                    measured_supply_pressure: measured.supply_pressure,
+                    measured_acceleration: measured.acceleration,
+                    measured_load_pressure: measured.load_pressure,
+                }
+            },
+        )
     }
 
     /// Advances by one tick under one valve command (V) per actuator. `tripped` tells whether the
@@ -150,21 +106,19 @@ impl VirtualRig {
     /// diverged.
     pub fn step(&mut self, valve_commands: &[f64], tripped: bool) -> Result<()> {
         check_each("valve_command", "V", valve_commands, self.instruments.len())?;
-        self.drivers.clear();
+        let mut outputs = Vec::with_capacity(valve_commands.len());
         for (instruments, command) in self.instruments.iter_mut().zip(valve_commands) {
             let (output, clipped) = instruments.dac.convert(*command);
             instruments.clipped = clipped;
-            self.drivers.push(Driver::held(output));
+            outputs.push(output);
         }
-        if let (Integrated::General(plant), true) = (&mut self.plant, self.tripped) {
-            plant.open_bypass(self.grid, true);
+        if self.tripped {
+            self.plant.open_bypass();
         }
-        self.plant.advance(&self.drivers, self.grid);
+        let truth = self.plant.step(&outputs)?;
         self.tripped |= tripped;
-        self.ticks += 1;
         self.measure();
-        let diverged = self.readings().any(|reading| reading.truth.status & status::DIVERGED != 0);
-        if diverged {
+        if truth.iter().any(|reading| reading.status & status::DIVERGED != 0) {
             let larger = |most: f64, one: &f64| if one.abs() > most.abs() { *one } else { most };
             let command = valve_commands.iter().fold(0.0, larger);
             let allowed = "must not make the rig diverge; its state has grown beyond 1e100";
@@ -175,7 +129,7 @@ impl VirtualRig {
 
     fn measure(&mut self) {
         for (i, instruments) in self.instruments.iter_mut().enumerate() {
-            let (_, _, truth, _) = self.plant.look(i);
+            let truth = self.plant.signals(i);
             instruments.measured = instruments.sensors.as_mut().map_or(truth, |one| one.read(&truth).0);
         }
     }
@@ -203,13 +157,10 @@ impl VirtualRig {
     }
 
     fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
-        let mut counts = [self.ticks as f64, f64::from(u8::from(self.tripped))];
-        counts.iter_mut().for_each(&mut *visit);
-        (self.ticks, self.tripped) = (counts[0] as u64, counts[1] > 0.0);
-        match &mut self.plant {
-            Integrated::Fast(_, state) => state.numbers().into_iter().for_each(&mut *visit),
-            Integrated::General(plant) => plant.numbers(visit),
-        }
+        let mut tripped = f64::from(u8::from(self.tripped));
+        visit(&mut tripped);
+        self.tripped = tripped > 0.0;
+        self.plant.numbers(visit);
         self.instruments.iter_mut().for_each(|instruments| instruments.numbers(visit));
     }
 }

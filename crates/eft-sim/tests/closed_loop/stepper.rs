@@ -13,6 +13,10 @@ fn digital() -> RigConfig {
     RigConfig::zhao2005().replace(&[("controller.realization", "digital".into())]).unwrap()
 }
 
+fn runge_kutta() -> SimulateOptions {
+    SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() }
+}
+
 /// The paper's rig on each of several floors.
 fn building(stories: usize) -> RigConfig {
     let list = |value: f64| toml::Value::Array(vec![value.into(); stories]);
@@ -29,14 +33,17 @@ fn building(stories: usize) -> RigConfig {
 #[test]
 fn stepping_under_the_commands_of_a_test_gives_the_test() {
     let command = sine_sweep(8900.0, 0.0, 10.0, 4.0, 4096.0).unwrap();
-    // The method of the stepper, because two methods differ by their errors.
-    let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
-    let run = simulate::<f64>(&digital(), &command, &options, |_, _| true).unwrap();
-    let mut plant = PlantStepper::new(&digital(), 4096.0, &options).unwrap();
-    for (i, v) in run.valve_command.iter().enumerate() {
-        let now = plant.readings()[0];
-        assert_eq!((now.force, now.displacement), (run.force[i], run.displacement[i]), "sample {i}");
-        plant.step(&[*v]).unwrap();
+    for method in [Method::RungeKutta, Method::Exponential] {
+        let options = SimulateOptions { method, ..SimulateOptions::default() };
+        let run = simulate::<f64>(&digital(), &command, &options, |_, _| true).unwrap();
+        let mut plant = PlantStepper::new(&digital(), 4096.0, &options).unwrap();
+        for (i, v) in run.valve_command.iter().enumerate() {
+            let now = plant.readings()[0];
+            assert_eq!((now.force, now.displacement), (run.force[i], run.displacement[i]), "sample {i}");
+            plant.step(&[*v]).unwrap();
+        }
+        plant.reset();
+        assert_eq!((plant.readings()[0].force, plant.readings()[0].time), (0.0, 0.0));
     }
 }
 
@@ -60,7 +67,7 @@ fn stepping_a_building_under_the_commands_of_a_test_gives_the_test() {
 /// Largest error of the forces (N) with the rig's own stories as external structure, exchanged at a rate
 /// (Hz).
 fn exchange_error(rig: &RigConfig, rate: f64) -> f64 {
-    let options = SimulateOptions::default();
+    let options = runge_kutta();
     let mut inside = PlantStepper::new(rig, rate, &options).unwrap();
     let mut outside = inside.clone();
     let stories = inside.readings().len();
@@ -117,6 +124,8 @@ fn bad_input_is_named() {
     assert!(text(plant.follow(&[0.0; 2], &[f64::INFINITY; 2]).unwrap_err()).starts_with("velocity = inf"));
     let mut plant = PlantStepper::new(&digital(), RATE, &SimulateOptions::default()).unwrap();
     assert!(text(plant.follow(&[f64::INFINITY], &[0.0]).unwrap_err()).starts_with("displacement = inf"));
+    let error = plant.push(&[0.0]).unwrap_err();
+    assert!(text(error).starts_with("method = Exponential: must be RungeKutta"));
     let error = PlantStepper::new(&digital(), -1.0, &SimulateOptions::default()).unwrap_err();
     assert!(text(error).starts_with("sample_rate = -1"));
 }
