@@ -1,13 +1,13 @@
 //! Sums, flags and traces of one actuator, for several tests side by side.
 
-use eft_core::Flags;
+use eft_core::{Flags, Scalar};
 
 use crate::batch::{BatchOptions, Outcome, Test};
 use crate::closed_loop::estimates::{Estimates, InUse};
 use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::closed_loop::traces::{Block, supply_varies};
-use crate::closed_loop::{TestRun, adapts};
+use crate::closed_loop::{Precision, TestRun, adapts};
 use crate::error::Result;
 use crate::lanes::{Num, Work};
 use crate::metrics::{BLOCK, Norms, Summed, Sums};
@@ -176,12 +176,12 @@ pub(super) struct Ended {
 
 impl Ended {
     /// The result of one lane at every actuator, `ticks` into a block that is not yet added.
-    pub(super) fn of<S: Num>(
+    pub(super) fn of<S: Num, C: Scalar<Element: Precision>>(
         floors: &mut [Floor<S>],
         lane: usize,
         commands: &[Vec<S>],
         ticks: usize,
-        test: &impl ClosedLoop<S>,
+        test: &impl ClosedLoop<S, C>,
     ) -> Vec<Self> {
         let of = |values: &[S]| values[..ticks].iter().map(|value| value.lane(lane)).collect::<Vec<_>>();
         let mut below: Option<Vec<f64>> = None;
@@ -196,9 +196,7 @@ impl Ended {
                 Add { norms: &mut norms, drift: &mut drift, commands, forces, displacements, below }.run();
             }
             let run = floor.runs.get_mut(lane).and_then(Option::take).map(|mut run| {
-                run.learn(|openings| test.found_flows(actuator, openings, lane));
-                run.calibration = test.saved(actuator, lane);
-                run.energy = test.balance(lane);
+                test.complete(&mut run, actuator, lane);
                 run
             });
             let whole = floor.whole.get(lane).map(|[forces, displacements]| {

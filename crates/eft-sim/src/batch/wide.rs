@@ -1,6 +1,6 @@
 //! Several tests side by side; their metrics are summed while they run.
 
-use eft_core::{Mask, status};
+use eft_core::{Mask, Scalar, status};
 
 use crate::batch::floor::{Ended, Floor};
 use crate::batch::pieces::Kind;
@@ -36,10 +36,10 @@ impl<P: Precision> WideWork for InPrecision<'_, P> {
         let grid = work.kind.grid();
         if work.kind.detailed {
             let test = GeneralLoop::<S, P::Lanes<S>>::new(rig, grid)?;
-            work.run_on::<S>(&mut if work.options.traces { test } else { test.without_account() })
+            work.run_on(&mut if work.options.traces { test } else { test.without_account() })
         } else {
             let test = FastLoop::<S, P::Lanes<S>>::new(rig, grid, work.options.simulate.method)?;
-            work.run_on::<S>(&mut if work.options.traces { test } else { test.without_traces() })
+            work.run_on(&mut if work.options.traces { test } else { test.without_traces() })
         }
     }
 }
@@ -57,7 +57,10 @@ impl SideBySide<'_> {
         }
     }
 
-    fn run_on<S: Num>(&self, test: &mut impl ClosedLoop<S>) -> Result<Vec<Result<Outcome>>> {
+    fn run_on<S: Num, C: Scalar<Element: Precision>>(
+        &self,
+        test: &mut impl ClosedLoop<S, C>,
+    ) -> Result<Vec<Result<Outcome>>> {
         let Kind { samples, actuators, soft_end, .. } = self.kind;
         let mut floors: Vec<_> =
             (0..actuators).map(|_| Floor::<S>::new(self.tests, samples, self.options)).collect();

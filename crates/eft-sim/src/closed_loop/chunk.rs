@@ -1,20 +1,18 @@
 //! The fast path for a number of ticks of a test, for one rig or several side by side.
 
-use eft_core::{Mask, SavedCalibration, Scalar};
+use std::slice;
+
+use eft_core::{Mask, Scalar};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::Path;
+use crate::closed_loop::digital_side::{DigitalSide, Path};
 use crate::closed_loop::fast::FastLoop;
 use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::method::Method;
 use crate::closed_loop::tick::Recorder;
 use crate::lanes::{Num, Work};
-use crate::plant::EnergyBalance;
 
-impl<S: Num, C: Scalar> ClosedLoop<S> for FastLoop<S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> ClosedLoop<S, C> for FastLoop<S, C> {
     fn run(&mut self, commands: &[&[S]], ticks: usize, recorders: &mut [impl Recorder<S>]) -> usize {
         let path = match self.method {
             Method::RungeKutta => Path::General,
@@ -39,35 +37,24 @@ where
     fn restart(&mut self, at: S::Mask) {
         self.state.restart(at);
     }
-    fn end(&mut self) {
-        self.digital.end();
+    fn digital_sides(&self) -> &[DigitalSide<S, C>] {
+        slice::from_ref(&self.digital)
     }
-    fn found_flows(&self, _: usize, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
-        self.digital.found_flows(openings, lane)
-    }
-    fn saved(&self, _: usize, lane: usize) -> Option<SavedCalibration> {
-        self.digital.saved(lane)
-    }
-    fn balance(&self, _: usize) -> Option<EnergyBalance> {
-        None
+    fn digital_sides_mut(&mut self) -> &mut [DigitalSide<S, C>] {
+        slice::from_mut(&mut self.digital)
     }
 }
 
 /// Some ticks of a test.
-struct Chunk<'a, S: Num, C: Scalar, K, const IDEAL: bool, const LEARNS: bool>
-where
-    C::Element: Precision,
-{
+struct Chunk<'a, S: Num, C: Scalar<Element: Precision>, K, const IDEAL: bool, const LEARNS: bool> {
     test: &'a mut FastLoop<S, C>,
     commands: &'a [S],
     ticks: usize,
     recorder: &'a mut K,
 }
 
-impl<S: Num, C: Scalar, K: Recorder<S>, const IDEAL: bool, const LEARNS: bool> Work
+impl<S: Num, C: Scalar<Element: Precision>, K: Recorder<S>, const IDEAL: bool, const LEARNS: bool> Work
     for Chunk<'_, S, C, K, IDEAL, LEARNS>
-where
-    C::Element: Precision,
 {
     type Output = usize;
 

@@ -13,10 +13,7 @@ use crate::lanes::Num;
 use crate::plant::{Driver, DriverKind, Exponential, FastState, Prediction, TimeGrid};
 
 /// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
-pub(crate) struct FastLoop<S: Num, C: Scalar>
-where
-    C::Element: Precision,
-{
+pub(crate) struct FastLoop<S: Num, C: Scalar<Element: Precision>> {
     plant: Exponential<S>,
     /// Sensors and controller.
     pub(super) digital: DigitalSide<S, C>,
@@ -63,10 +60,7 @@ impl<S: Num, C: Scalar> LoopState<S, C> {
     }
 }
 
-impl<S: Num, C: Scalar> FastLoop<S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
     /// The loops of `rig(0)`, `rig(1)`, … at rest, one per lane, all with the same realization.
     pub(crate) fn new<'a>(
         rig: impl Fn(usize) -> &'a RigConfig,

@@ -1,6 +1,6 @@
 //! Plant and digital sides of rigs with any effect and any number of actuators.
 
-use eft_core::{ControllerState, Flags, Mask, SavedCalibration, Scalar, status};
+use eft_core::{ControllerState, Flags, Mask, Scalar, status};
 
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
@@ -13,10 +13,7 @@ use crate::lanes::{Num, Work};
 use crate::plant::{Driver, EnergyBalance, Plant, TimeGrid};
 
 /// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
-pub(crate) struct GeneralLoop<S: Num, C: Scalar>
-where
-    C::Element: Precision,
-{
+pub(crate) struct GeneralLoop<S: Num, C: Scalar<Element: Precision>> {
     plant: Plant<S>,
     /// One per actuator.
     pub(super) digital: Vec<DigitalSide<S, C>>,
@@ -43,10 +40,7 @@ impl<S: Num> Feedback<S> for ActuatorFeedback<'_, S> {
     }
 }
 
-impl<S: Num, C: Scalar> GeneralLoop<S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
     /// The loops of `rig(0)`, `rig(1)`, … at rest, one per lane, all with the same realization and number of
     /// stories.
     pub(crate) fn new<'a>(rig: impl Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
@@ -105,10 +99,7 @@ where
     }
 }
 
-impl<S: Num, C: Scalar> ClosedLoop<S> for GeneralLoop<S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> ClosedLoop<S, C> for GeneralLoop<S, C> {
     fn run(&mut self, commands: &[&[S]], ticks: usize, recorder: &mut [impl Recorder<S>]) -> usize {
         S::dispatch(Ticks { test: self, commands, ticks, recorder })
     }
@@ -123,14 +114,11 @@ where
     fn restart(&mut self, at: S::Mask) {
         self.plant.restart(at);
     }
-    fn end(&mut self) {
-        self.digital.iter_mut().for_each(DigitalSide::end);
+    fn digital_sides(&self) -> &[DigitalSide<S, C>] {
+        &self.digital
     }
-    fn found_flows(&self, actuator: usize, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
-        self.digital[actuator].found_flows(openings, lane)
-    }
-    fn saved(&self, actuator: usize, lane: usize) -> Option<SavedCalibration> {
-        self.digital[actuator].saved(lane)
+    fn digital_sides_mut(&mut self) -> &mut [DigitalSide<S, C>] {
+        &mut self.digital
     }
     // The energy of an external structure is unknown.
     fn balance(&self, lane: usize) -> Option<EnergyBalance> {
@@ -141,10 +129,7 @@ where
     }
 }
 
-impl<C: Scalar> GeneralLoop<f64, C>
-where
-    C::Element: Precision,
-{
+impl<C: Scalar<Element: Precision>> GeneralLoop<f64, C> {
     /// Replaces the rig's structure by an external one.
     pub(crate) fn followed_by(&mut self, specimen: Specimen) {
         self.follower = Some(Box::new(Follower::new(specimen, self.plant.actuators())));
@@ -152,20 +137,14 @@ where
 }
 
 /// Some ticks of a test.
-struct Ticks<'a, S: Num, C: Scalar, K>
-where
-    C::Element: Precision,
-{
+struct Ticks<'a, S: Num, C: Scalar<Element: Precision>, K> {
     test: &'a mut GeneralLoop<S, C>,
     commands: &'a [&'a [S]],
     ticks: usize,
     recorder: &'a mut [K],
 }
 
-impl<S: Num, C: Scalar, K: Recorder<S>> Work for Ticks<'_, S, C, K>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>, K: Recorder<S>> Work for Ticks<'_, S, C, K> {
     type Output = usize;
 
     #[inline(always)]

@@ -13,10 +13,7 @@ use crate::error::Result;
 use crate::lanes::{Num, Work};
 
 /// Channels of rigs that learn, without protection and with a measured velocity, one per lane.
-pub(crate) struct LearningLanes<S: Num, C: Scalar>
-where
-    C::Element: Precision,
-{
+pub(crate) struct LearningLanes<S: Num, C: Scalar<Element: Precision>> {
     channels: Box<ChannelLanes<C, TABLE_CAPACITY>>,
     state: Box<ChannelLanesState<C>>,
     learners: Vec<Learning<C::Element>>,
@@ -28,10 +25,7 @@ where
     closed: bool,
 }
 
-impl<S: Num, C: Scalar> LearningLanes<S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> LearningLanes<S, C> {
     /// At rest; each learner starts from what was saved of its rig.
     ///
     /// # Errors
@@ -102,14 +96,9 @@ where
     }
 }
 
-struct Publish<'a, S: Num, C: Scalar>(&'a mut LearningLanes<S, C>)
-where
-    C::Element: Precision;
+struct Publish<'a, S: Num, C: Scalar<Element: Precision>>(&'a mut LearningLanes<S, C>);
 
-impl<S: Num, C: Scalar> Work for Publish<'_, S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> Work for Publish<'_, S, C> {
     type Output = ();
 
     #[inline(always)]

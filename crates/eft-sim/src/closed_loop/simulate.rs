@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use eft_core::{Cause, status};
+use eft_core::{Cause, Scalar, status};
 
 use crate::closed_loop::controller::{Precision, Width};
 use crate::closed_loop::fast::FastLoop;
@@ -312,11 +312,11 @@ fn through<P: Precision>(
 }
 
 /// Runs a loop through a test under checked commands.
-fn run_through(
-    test: &mut impl ClosedLoop<f64>,
+fn run_through<C: Scalar<Element: Precision>>(
+    test: &mut impl ClosedLoop<f64, C>,
     rig: &RigConfig,
     commands: &[Command],
-    go_on: &mut dyn FnMut(usize, usize) -> bool,
+    go_on: GoOn<'_>,
 ) -> Result<Vec<TestRun>> {
     let Command { values, sample_rate } = &commands[0];
     let (sample_rate, total) = (*sample_rate, values.len());
@@ -362,9 +362,7 @@ fn run_through(
         }
     }
     for (actuator, run) in runs.iter_mut().enumerate() {
-        run.learn(|openings| test.found_flows(actuator, openings, 0));
-        run.calibration = test.saved(actuator, 0);
-        run.energy = test.balance(0);
+        test.complete(run, actuator, 0);
     }
     go_on(total, total);
     Ok(runs)

@@ -20,10 +20,10 @@ use crate::plant::Signals;
 
 /// The input of the controllers in their precision.
 #[inline(always)]
-fn input<S: Num, C: Scalar>([command, next_command]: [S; 2], measured: &Signals<S>) -> ControllerInput<C>
-where
-    C::Element: Precision,
-{
+fn input<S: Num, C: Scalar<Element: Precision>>(
+    [command, next_command]: [S; 2],
+    measured: &Signals<S>,
+) -> ControllerInput<C> {
     ControllerInput {
         command: convert(command),
         next_command: convert(next_command),
@@ -48,16 +48,13 @@ fn outputs<S: Num, C: Scalar>(commands: [S; 2], out: &ControllerOutput<C>) -> Ou
 
 /// Runs learning channels side by side; `stood` is the valve command (V) until now.
 #[inline(always)]
-pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar>(
+pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar<Element: Precision>>(
     learning: &mut LearningLanes<S, C>,
     computation: &mut DelayLines,
     commands: [S; 2],
     measured: &mut Signals<S>,
     stood: S,
-) -> Outputs<S>
-where
-    C::Element: Precision,
-{
+) -> Outputs<S> {
     let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
     let input = input(commands, measured);
     let out = learning.step(&input, convert(stood), path);
@@ -93,10 +90,7 @@ pub(super) fn run_channels<S: Num, P: Precision>(
     }
 }
 
-impl<S: Num, C: Scalar> DigitalSide<S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// Runs controllers side by side with the configured calibration.
     #[inline(always)]
     pub(super) fn control<const IDEAL: bool>(

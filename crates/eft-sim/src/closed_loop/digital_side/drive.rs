@@ -24,10 +24,7 @@ pub(super) struct Outputs<S: Num> {
     pub(super) status: S::Flags,
 }
 
-impl<S: Num, C: Scalar> DigitalSide<S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// The valve command (V) of analog controllers until now, with a command (N) at the first tick; zero for
     /// digital ones.
     #[inline(always)]

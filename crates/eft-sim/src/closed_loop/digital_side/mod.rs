@@ -35,10 +35,7 @@ pub(crate) enum Path {
     General,
 }
 
-impl<S: Num, C: Scalar> DigitalSide<S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// The digital sides of `rig(0)`, `rig(1)`, … at rest, one per lane, all with the same realization and
     /// [`ChannelKind`]. `actuator` is the actuator's number in its rig; each actuator has its own noise.
     pub(crate) fn new<'a>(
@@ -254,10 +251,7 @@ where
 }
 
 /// One tick of a digital side.
-struct Sample<'a, S: Num, C: Scalar, F>
-where
-    C::Element: Precision,
-{
+struct Sample<'a, S: Num, C: Scalar<Element: Precision>, F> {
     side: &'a mut DigitalSide<S, C>,
     state: &'a mut ControllerState<C>,
     commands: &'a [S; 2],
@@ -265,10 +259,7 @@ where
     plant: &'a F,
 }
 
-impl<S: Num, C: Scalar, F: Feedback<S>> Work for Sample<'_, S, C, F>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>, F: Feedback<S>> Work for Sample<'_, S, C, F> {
     type Output = Decision<S>;
 
     #[inline(always)]

@@ -37,10 +37,7 @@ impl<S: Num> CellReading<S> {
 }
 
 /// The source of the valve command.
-pub(super) enum Decides<S: Num, C: Scalar>
-where
-    C::Element: Precision,
-{
+pub(super) enum Decides<S: Num, C: Scalar<Element: Precision>> {
     /// Controllers side by side, without learning, protection or velocity estimate.
     SideBySide,
     /// Learning channels side by side.
@@ -51,10 +48,7 @@ where
     Outside(Outside),
 }
 
-impl<S: Num, C: Scalar> Decides<S, C>
-where
-    C::Element: Precision,
-{
+impl<S: Num, C: Scalar<Element: Precision>> Decides<S, C> {
     /// The channels, if they compute the valve command.
     pub(super) fn channels(&mut self) -> &mut [RigChannel<C::Element>] {
         if let Self::Channels(channels, _) = self { channels } else { &mut [] }
@@ -63,10 +57,7 @@ where
 
 /// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
 /// number.
-pub(crate) struct DigitalSide<S: Num, C: Scalar>
-where
-    C::Element: Precision,
-{
+pub(crate) struct DigitalSide<S: Num, C: Scalar<Element: Precision>> {
     pub(super) kind: ChannelKind,
     pub(super) decides: Decides<S, C>,
     /// Whether the instruments are ideal and the loop analog.
