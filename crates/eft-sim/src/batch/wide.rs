@@ -36,7 +36,7 @@ impl<P: Precision> WideWork for InPrecision<'_, P> {
         let grid = work.kind.grid();
         if work.kind.detailed {
             let test = GeneralLoop::<S, P::Lanes<S>>::new(rig, grid)?;
-            work.run_on(&mut if work.options.traces { test } else { test.without_account() })
+            work.run_on(&mut if work.options.traces { test } else { test.without_traces() })
         } else {
             let test = FastLoop::<S, P::Lanes<S>>::new(rig, grid, work.options.simulate.method)?;
             work.run_on(&mut if work.options.traces { test } else { test.without_traces() })

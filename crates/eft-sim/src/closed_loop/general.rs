@@ -59,9 +59,10 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
         })
     }
 
-    /// The same loop without an energy balance.
-    pub(crate) fn without_account(self) -> Self {
-        Self { plant: self.plant.without_account(), ..self }
+    /// The same loop for metrics alone, without an energy balance.
+    pub(crate) fn without_traces(self) -> Self {
+        let digital = self.digital.into_iter().map(DigitalSide::without_traces).collect();
+        Self { plant: self.plant.without_account(), digital, ..self }
     }
 
     /// Runs tick `i` of these commands.

@@ -128,11 +128,8 @@ impl<S: Num> Analog<S> {
 
     /// The same controller in the next interval, with command (N), its rate (N/s) and compensation (V).
     #[inline(always)]
-    pub(crate) fn at(mut self, command: S, command_rate: S, compensation: S) -> Self {
-        self.command = command;
-        self.command_rate = command_rate;
-        self.compensation = compensation;
-        self
+    pub(crate) fn at(&self, command: S, command_rate: S, compensation: S) -> Self {
+        Self { command, command_rate, compensation, ..*self }
     }
 }
 
