@@ -115,12 +115,8 @@ fn same_actuators(believed: &Table, plant: &Table) -> Result<()> {
         let allowed = format!("must leave the number of actuators: `{KIND}` is \"{}\"", kind(believed));
         return Err(Error::value(KIND, format!("\"{}\"", kind(plant)), allowed));
     }
-    let [stories, true_stories] = [believed, plant].map(|rig| list(rig, MASSES).len());
-    if is_building(plant) && stories != true_stories {
-        let allowed = format!("must have as many values as `{MASSES}`, which has {stories}");
-        return Err(Error::value(MASSES, format!("{true_stories} values"), allowed));
-    }
-    Ok(())
+    let [stories, true_stories] = [believed, plant].map(|rig| list(rig, MASSES));
+    if is_building(plant) { as_many((MASSES, &true_stories), (MASSES, &stories)) } else { Ok(()) }
 }
 
 /// The error for a name outside the schema.
@@ -183,18 +179,9 @@ fn flow_table(whole: &Table, section: &str) -> Result<()> {
     let openings_key = &*format!("{section}.openings");
     let flows_key = &*format!("{section}.flows");
     let (openings, flows) = (list(whole, openings_key), list(whole, flows_key));
-    if openings.len() != flows.len() {
-        let allowed = format!("must have as many values as `{openings_key}`, which has {}", openings.len());
-        return Err(Error::value(flows_key, format!("{} values", flows.len()), allowed));
-    }
-    for (key, values) in [(openings_key, &openings), (flows_key, &flows)] {
-        for (index, (before, value)) in values.iter().zip(values.iter().skip(1)).enumerate() {
-            if value <= before {
-                let allowed = format!("must increase strictly: [{index}] is {}", Short(*before));
-                return Err(Error::value(&format!("{key}[{}]", index + 1), Short(*value), allowed));
-            }
-        }
-    }
+    as_many((flows_key, &flows), (openings_key, &openings))?;
+    increasing(openings_key, &openings)?;
+    increasing(flows_key, &flows)?;
     let Some(zero) = openings.iter().position(|opening| *opening == 0.0) else {
         return Err(Error::value(openings_key, "no point at 0", "must contain the point (0, 0)"));
     };
@@ -224,31 +211,33 @@ fn supply_schedule(whole: &Table) -> Result<()> {
     const TIMES: &str = "supply.schedule.times";
     const PRESSURES: &str = "supply.schedule.pressures";
     let (times, pressures) = (list(whole, TIMES), list(whole, PRESSURES));
-    if times.len() != pressures.len() {
-        let allowed = format!("must have as many values as `{TIMES}`, which has {}", times.len());
-        return Err(Error::value(PRESSURES, format!("{} values", pressures.len()), allowed));
-    }
-    for (index, (before, time)) in times.iter().zip(times.iter().skip(1)).enumerate() {
-        if time <= before {
-            let allowed = format!("must increase strictly: [{index}] is {}", Short(*before));
-            return Err(Error::value(&format!("{TIMES}[{}]", index + 1), Short(*time), allowed));
-        }
-    }
-    Ok(())
+    as_many((PRESSURES, &pressures), (TIMES, &times))?;
+    increasing(TIMES, &times)
 }
 
 /// Checks the stories: as many dampings and stiffnesses as masses.
 fn stories(whole: &Table) -> Result<()> {
     const MASSES: &str = "structure.stories.masses";
-    let count = list(whole, MASSES).len();
-    for key in ["structure.stories.dampings", "structure.stories.stiffnesses"] {
-        let values = list(whole, key).len();
-        if values != count {
-            let allowed = format!("must have as many values as `{MASSES}`, which has {count}");
-            return Err(Error::value(key, format!("{values} values"), allowed));
-        }
+    let masses = list(whole, MASSES);
+    ["structure.stories.dampings", "structure.stories.stiffnesses"]
+        .into_iter()
+        .try_for_each(|key| as_many((key, &list(whole, key)), (MASSES, &masses)))
+}
+
+/// Refuses a list with another number of values than a second one.
+fn as_many((key, values): (&str, &[f64]), (other, others): (&str, &[f64])) -> Result<()> {
+    if values.len() == others.len() {
+        return Ok(());
     }
-    Ok(())
+    let allowed = format!("must have as many values as `{other}`, which has {}", others.len());
+    Err(Error::value(key, format!("{} values", values.len()), allowed))
+}
+
+/// Refuses a list that does not increase strictly.
+fn increasing(key: &str, values: &[f64]) -> Result<()> {
+    let Some(index) = values.windows(2).position(|pair| pair[1] <= pair[0]) else { return Ok(()) };
+    let allowed = format!("must increase strictly: [{index}] is {}", Short(values[index]));
+    Err(Error::value(&format!("{key}[{}]", index + 1), Short(values[index + 1]), allowed))
 }
 
 /// The numbers of a list; empty if it is absent.
