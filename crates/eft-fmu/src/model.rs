@@ -39,18 +39,18 @@ const READINGS: &[Told<RigReading>] = &[
     (("load_pressure", "Pa", Real, "Load pressure"), |r| r.truth.load_pressure),
     (("supply_pressure", "Pa", Real, "Supply pressure"), |r| r.truth.supply_pressure),
     (("measured_force", "N", Real, "Force as the load cell reports it; NaN where a sample is lost"), |r| {
-        r.measured_force
+        r.measured.force
     }),
     (("measured_displacement", "m", Real, "Displacement as its sensor reports it"), |r| {
-        r.measured_displacement
+        r.measured.displacement
     }),
-    (("measured_velocity", "m/s", Real, "Velocity as its sensor reports it"), |r| r.measured_velocity),
+    (("measured_velocity", "m/s", Real, "Velocity as its sensor reports it"), |r| r.measured.velocity),
     (("measured_acceleration", "m/s²", Real, "Acceleration as the accelerometer reports it"), |r| {
-        r.measured_acceleration
+        r.measured.acceleration
     }),
-    (("measured_spool", "", Real, "Spool opening as its sensor reports it"), |r| r.measured_spool),
+    (("measured_spool", "", Real, "Spool opening as its sensor reports it"), |r| r.measured.spool),
     (("measured_supply_pressure", "Pa", Real, "Supply pressure as its sensor reports it"), |r| {
-        r.measured_supply_pressure
+        r.measured.supply_pressure
     }),
     (
         (

@@ -14,20 +14,8 @@ use crate::plant::Signals;
 pub struct RigReading {
     /// The true state; with [`status::COMMAND_LIMITED`] if the converter limited the last valve command.
     pub truth: PlantReading,
-    /// Force as the load cell reports it (N).
-    pub measured_force: f64,
-    /// Displacement as its sensor reports it (m).
-    pub measured_displacement: f64,
-    /// Velocity as its sensor reports it (m/s).
-    pub measured_velocity: f64,
-    /// Spool opening as its sensor reports it (1).
-    pub measured_spool: f64,
-    /// Supply pressure as its sensor reports it (Pa).
-    pub measured_supply_pressure: f64,
-    /// Acceleration as the accelerometer reports it (m/s²).
-    pub measured_acceleration: f64,
-    /// Load pressure as its sensors report it (Pa).
-    pub measured_load_pressure: f64,
+    /// What the sensors report.
+    pub measured: Signals<f64>,
 }
 
 /// Plant, sensors and converters of a rig under the valve commands of an external controller.
@@ -80,22 +68,11 @@ impl VirtualRig {
 
     /// The true state of each actuator and its sensors' readings, the ground floor's first.
     pub fn readings(&self) -> impl Iterator<Item = RigReading> {
-        let instruments = self.instruments.iter();
-        self.plant.readings().into_iter().zip(instruments).map(
-            |(mut truth, Instruments { clipped, measured, .. })| {
-                truth.status |= clipped;
-                RigReading {
-                    truth,
-                    measured_force: measured.force,
-                    measured_displacement: measured.displacement,
-                    measured_velocity: measured.velocity,
-                    measured_spool: measured.spool,
-                    measured_supply_pressure: measured.supply_pressure,
-                    measured_acceleration: measured.acceleration,
-                    measured_load_pressure: measured.load_pressure,
-                }
-            },
-        )
+        let reading = |(mut truth, instruments): (PlantReading, &Instruments)| {
+            truth.status |= instruments.clipped;
+            RigReading { truth, measured: instruments.measured }
+        };
+        self.plant.readings().into_iter().zip(&self.instruments).map(reading)
     }
 
     /// Advances by one tick under one valve command (V) per actuator. `tripped` tells whether the

@@ -38,7 +38,7 @@ pub(crate) use load_flow::LoadFlow;
 pub(crate) use recorded::recorded_balance;
 pub(crate) use runge_kutta::{Equations, Stages, runge_kutta};
 pub(crate) use servo_actuator::ServoActuator;
-pub(crate) use signals::Signals;
+pub use signals::Signals;
 pub(crate) use spool::Spool;
 pub(crate) use state::ActuatorState;
 pub(crate) use structure::{Motion, Structure};

@@ -2,19 +2,19 @@
 
 /// One value of each signal that has a sensor, true or measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Signals<S> {
+pub struct Signals<S> {
     /// Displacement (m).
-    pub(crate) displacement: S,
+    pub displacement: S,
     /// Velocity (m/s).
-    pub(crate) velocity: S,
+    pub velocity: S,
     /// Force (N).
-    pub(crate) force: S,
+    pub force: S,
     /// Spool opening (1).
-    pub(crate) spool: S,
+    pub spool: S,
     /// Supply pressure (Pa).
-    pub(crate) supply_pressure: S,
+    pub supply_pressure: S,
     /// Acceleration (m/s²).
-    pub(crate) acceleration: S,
+    pub acceleration: S,
     /// Load pressure (Pa).
-    pub(crate) load_pressure: S,
+    pub load_pressure: S,
 }

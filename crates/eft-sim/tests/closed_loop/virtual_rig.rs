@@ -53,12 +53,12 @@ fn input(reading: &RigReading, command: f64, next_command: f64) -> Input<f64> {
     Input {
         command,
         next_command,
-        velocity: reading.measured_velocity,
-        force: reading.measured_force,
-        spool: reading.measured_spool,
-        displacement: reading.measured_displacement,
-        acceleration: reading.measured_acceleration,
-        supply_pressure: reading.measured_supply_pressure,
+        velocity: reading.measured.velocity,
+        force: reading.measured.force,
+        spool: reading.measured.spool,
+        displacement: reading.measured.displacement,
+        acceleration: reading.measured.acceleration,
+        supply_pressure: reading.measured.supply_pressure,
         ..Input::default()
     }
 }
