@@ -81,12 +81,15 @@ def test_the_collector_sees_blocks_lines_and_output():
     assert blocks(text) == [Block(3, "print(1)\n", "1\n"), Block(14, commands=ran)]
 
 
+COMMANDS_ELSEWHERE = {"how-to/data-sheet.md"}  # test_story.py, which compares their answers with the page
+
+
 @pytest.mark.parametrize("page", WITH_CODE, ids=name)
 def test_page_runs_as_printed(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "__main__"}
     for block in blocks(page.read_text(encoding="utf-8")):
-        for arguments, code in block.commands:
+        for arguments, code in block.commands * (name(page) not in COMMANDS_ELSEWHERE):
             assert main(arguments) == code, arguments
         # Padded, so that a traceback points at the line of the page.
         code = compile("\n" * block.line + block.source, str(page), "exec")

@@ -37,7 +37,7 @@ def refused(path, capsys):
 def test_an_archive_that_unpacks_to_far_more_is_refused_before(saved, tmp_path, peak_memory):
     arrays = contents(saved)
     for name in ("command", "force"):
-        arrays[name] = np.zeros(40_000_000)
+        arrays[name] = np.zeros(12_000_000)
     bomb = tmp_path / "bomb.eft"
     with bomb.open("wb") as file:
         np.savez_compressed(file, **arrays)

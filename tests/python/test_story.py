@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from eft.cli import main
+from test_docs import blocks
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "data-sheet.md"
 SMALL = """
@@ -23,13 +24,15 @@ precharge = "1500 psi"
 """
 
 
+INIT = [["init", "sheet.toml", "--data-sheet"], ["init", "large.toml", "--from-data-sheet", "sheet.toml"]]
+
+
 @pytest.fixture(scope="module")
 def rigs(tmp_path_factory):
     patch = pytest.MonkeyPatch()
     patch.chdir(tmp_path_factory.mktemp("story"))
-    assert main(["init", "sheet.toml", "--data-sheet"]) == 0
+    assert [main(arguments) for arguments in INIT] == [0, 0]
     Path("small-sheet.toml").write_text(SMALL, encoding="utf-8")
-    assert main(["init", "large.toml", "--from-data-sheet", "sheet.toml"]) == 0
     assert main(["init", "small.toml", "--from-data-sheet", "small-sheet.toml"]) == 0
     yield
     patch.undo()
@@ -52,15 +55,18 @@ def test_a_rig_of_a_data_sheet_has_no_key_without_effect(rig, rigs, capsys):
 def test_the_page_s_numbers_are_those_of_its_commands(rigs, capsys):
     text = PAGE.read_text(encoding="utf-8")
     outputs = re.findall(r"```text output\n(.*?)```", text, re.DOTALL)
+    given = [arguments for block in blocks(text) for arguments, _ in block.commands]
+    assert given[:2] == INIT  # the fixture has run them
+    check, test, report = given[2:]
     told, most = outputs[0].splitlines()
-    large = answer(capsys, "check", "--rig", "large.toml", *QUAKE, "--largest")
+    large = answer(capsys, *check)
     assert told == f"{large['verdict']}: {' '.join(large['reasons'])} {large['summary']}"
     # The page gives the factor on the record, the command that on the test, to 2 %.
     factor = float(re.search(r"at most ([\d.]+)", most).group(1))
     assert 0.5 * large["largest_scale"] == pytest.approx(factor, rel=0.03)
-    run = answer(capsys, "run", "--rig", "large.toml", *QUAKE, "-o", "large.eft")
+    run = answer(capsys, *test)
     assert (run["grade"], run["reasons"]) == (large["verdict"], large["reasons"])
-    assert main(["report", "large.eft"]) == 0
+    assert main(report) == 0
     page = Path("large.html").read_text(encoding="utf-8")
     assert all(reason in page for reason in large["reasons"])
     small = answer(capsys, "check", "--rig", "small.toml", *QUAKE)
