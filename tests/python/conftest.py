@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import browsers
+import pictures
 
 # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that: tests of an
 # interrupt would wait for what never comes.
@@ -34,6 +35,13 @@ def browser(tmp_path_factory):
     """A headless Chromium for all tests of this process."""
     with browsers.started(tmp_path_factory.mktemp("browser")) as browser:
         yield browser
+
+
+@pytest.fixture(scope="module")
+def quick_pictures():
+    """For a module whose tests read what is beside the pictures."""
+    with pictures.quick():
+        yield
 
 
 @pytest.fixture

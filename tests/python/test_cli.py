@@ -12,6 +12,8 @@ import eft
 from eft.cli import main
 from eft.traces import read_traces
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 SWEEP = ["--sweep", "2000", "0", "10", "4", "--sample-rate", "1024"]
 
 

@@ -16,6 +16,8 @@ from eft.cli import main
 from eft.demo import tables as demo_tables
 from eft.traces import Traces, read_traces, write_run
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 RATE = 512.0
 RIG = eft.Rig.zhao2005()
 RUN = eft.simulate(RIG, eft.sine_sweep(4000.0, 0.2, 8.0, 8.0, RATE))

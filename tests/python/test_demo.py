@@ -4,7 +4,25 @@ import re
 
 import pytest
 
+from eft.demo import experiments
 from eft.demo.__main__ import main
+
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def sweeps_once():
+    """Both demonstrations have the same sweeps."""
+    sweep, kept = experiments.sweep, {}
+
+    def once(case):
+        if case.title not in kept:
+            kept[case.title] = sweep(case)
+        return kept[case.title]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(experiments, "sweep", once)
+        yield
 
 
 @pytest.fixture(scope="module")

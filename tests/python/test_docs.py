@@ -19,6 +19,8 @@ import pytest
 
 from eft.cli import main
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [
     ROOT / "README.md",

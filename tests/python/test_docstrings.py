@@ -12,6 +12,8 @@ from matplotlib import pyplot
 
 import eft
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 MODULES = [
     "eft",
     "eft.records",

@@ -12,6 +12,8 @@ from buildings import building, command_of, record
 from eft.cli import main
 from eft.traces import Traces
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 RIG = eft.Rig.zhao2005()
 SWEEP = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0)
 SHORT = eft.sine_sweep(8900.0, 0.0, 10.0, 8.0, 2048.0)

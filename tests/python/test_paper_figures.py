@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "evidence"
 RECORDS = os.environ.get("EFT_RECORDS")
 

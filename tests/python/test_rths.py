@@ -11,6 +11,8 @@ from scipy.linalg import expm
 import eft
 from eft import rths
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 RATE = 4096.0
 RECORD = Path(eft.__file__).parent / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
 PAGE = Path(__file__).resolve().parents[2] / "docs/reference/python/hybrid.md"
