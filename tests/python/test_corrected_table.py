@@ -46,21 +46,6 @@ def test_the_found_table_is_saved_with_the_run(run, tmp_path):
     assert np.array_equal(again.found_flows, run.found_flows)
 
 
-@pytest.mark.parametrize("adaptive", [True, False])
-def test_a_file_without_the_valve_gain_can_be_read(adaptive, tmp_path):
-    command = eft.sine_sweep(1000.0, 0.0, 10.0, 1.0, 1024.0)
-    run = eft.simulate(RIG.replace({"compensation.adaptive": adaptive}), command)
-    with np.load(run.save(tmp_path / "run.eft")) as archive:
-        older = {name: archive[name] for name in archive.files if name != "valve_gain_estimate"}
-    with (tmp_path / "older.eft").open("wb") as file:
-        np.savez(file, **older)
-    again = eft.TestRun.load(tmp_path / "older.eft")
-    # The file does not contain the estimated gain. A fixed controller has the configured one.
-    assert np.array_equal(again.valve_gain_estimate, run.valve_gain_estimate) != adaptive
-    assert np.isnan(again.valve_gain_estimate).all() == adaptive
-    assert np.array_equal(again.force, run.force)
-
-
 def test_the_linear_scheme_finds_no_table():
     short = eft.sine_sweep(1000.0, 0.0, 10.0, 1.0, 1024.0)
     linear = eft.Rig.zhao2005().replace({"compensation.mode": "linear"})

@@ -13,12 +13,12 @@ use crate::error::{Error, Result};
 use crate::state_space::StateSpace;
 
 /// Least damping ratio (1) of the oil column on the worst rig.
-const LEAST_DAMPING: f64 = 0.03;
+pub(super) const LEAST_DAMPING: f64 = 0.03;
 /// Least damping ratio (1) and gain margin (1) of the rig itself.
-const NOMINAL_DAMPING: f64 = 0.2;
+pub(super) const NOMINAL_DAMPING: f64 = 0.2;
 const NOMINAL_GAIN_MARGIN: f64 = 3.0;
 /// Least static gain (1) of the loop; with less the loop does not control the force.
-const LEAST_STATIC_GAIN: f64 = 5.0;
+pub(super) const LEAST_STATIC_GAIN: f64 = 5.0;
 /// Range of the search for the proportional gain (1). `T_D` (s) is sought from a tenth to ten times the
 /// valve's time scale.
 const GAINS: (f64, f64) = (1e-6, 1e3);
@@ -38,9 +38,9 @@ const REFINEMENTS: usize = 50;
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// Simultaneous deviations of a rig from the one that the loop is designed for.
-struct Deviation {
-    oil_stiffness: f64,
-    pilot_time_constant: f64,
+pub(super) struct Deviation {
+    pub(super) oil_stiffness: f64,
+    pub(super) pilot_time_constant: f64,
 }
 
 /// The extremes of the study of random rigs. Flow gain and delay have their worst values in all four.
@@ -83,15 +83,8 @@ pub struct ForceLoopMargins {
     pub e_max: f64,
 }
 
-/// Designs a force loop, which takes tens of milliseconds. A known latency of the load cell makes the gains
-/// smaller; the integral time stays, or becomes longer.
-pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
-    let punctual = with_margins(&HeldPiston { latency: 0.0, ..plant.clone() })?;
-    if plant.latency > 0.0 { late::slowed(&punctual, plant) } else { Ok(punctual) }
-}
-
 /// Refuses delays of the loop (samples) above a longest one, by the keys that state them.
-fn refuse_long_delay(keys: &str, samples: u32, longest: u32) -> Result<()> {
+pub(super) fn refuse_long_delay(keys: &str, samples: u32, longest: u32) -> Result<()> {
     if samples > longest {
         let allowed = format!("a robust force loop is designed for at most {longest} samples");
         return Err(Error::value(keys, samples, allowed));
@@ -100,12 +93,12 @@ fn refuse_long_delay(keys: &str, samples: u32, longest: u32) -> Result<()> {
 }
 
 /// The deviating rigs, sampled.
-fn corners(plant: &HeldPiston, deviations: &[Deviation]) -> Vec<Sampled> {
+pub(super) fn corners(plant: &HeldPiston, deviations: &[Deviation]) -> Vec<Sampled> {
     deviations.iter().map(|off| plant.deviating(off).sampled()).collect()
 }
 
-/// The loop of a rig without a known latency.
-fn with_margins(plant: &HeldPiston) -> Result<ForceLoop> {
+/// Designs the loop of a rig without a known latency, which takes tens of milliseconds.
+pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     refuse_long_delay("sensors.force.delay + dac.delay", plant.delay, LONGEST_DELAY)?;
     let nominal = plant.sampled();
     let corners = corners(plant, &DEVIATIONS);
@@ -137,7 +130,7 @@ fn with_margins(plant: &HeldPiston) -> Result<ForceLoop> {
 }
 
 /// Whether the oil column of every corner has at least this damping ratio (1).
-fn damped(corners: &[Sampled], gains: Gains, least: f64) -> Result<bool> {
+pub(super) fn damped(corners: &[Sampled], gains: Gains, least: f64) -> Result<bool> {
     for corner in corners {
         if corner.damping(gains)? < least {
             return Ok(false);
@@ -147,7 +140,7 @@ fn damped(corners: &[Sampled], gains: Gains, least: f64) -> Result<bool> {
 }
 
 /// The refusal of a rig whose poles cannot be computed.
-fn no_poles(_: Error) -> Error {
+pub(super) fn no_poles(_: Error) -> Error {
     let allowed = "the poles of this rig cannot be computed in double precision; \
         correct the values of servovalve, or take \"pd\"";
     Error::value("controller.force_loop", "\"robust\"", allowed)
@@ -178,7 +171,7 @@ fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<
 }
 
 impl Gains {
-    fn rounded(self) -> Self {
+    pub(super) fn rounded(self) -> Self {
         let Self { proportional, derivative, integral } = self;
         let [proportional, derivative, integral] = [proportional, derivative, integral].map(four_digits);
         Self { proportional, derivative, integral }
@@ -193,12 +186,12 @@ fn four_digits(value: f64) -> f64 {
 
 impl HeldPiston {
     /// The loop's static gain per unit of proportional gain (1).
-    fn static_gain(&self) -> f64 {
+    pub(super) fn static_gain(&self) -> f64 {
         self.force_sensitivity * self.piston_area * self.flow_gain / (self.spool_voltage * self.leakage)
     }
 
     /// Further delay (samples) of a corner for what is not known.
-    fn unknown_delay(&self) -> u32 {
+    pub(super) fn unknown_delay(&self) -> u32 {
         FURTHER_SAMPLES + libm::round(LATENCY * self.sample_rate).min(LATENCY_SAMPLES) as u32
     }
 
@@ -216,7 +209,7 @@ impl HeldPiston {
 }
 
 impl ForceLoop {
-    fn new(gains: Gains, plant: &Sampled) -> Self {
+    pub(super) fn new(gains: Gains, plant: &Sampled) -> Self {
         Self {
             proportional_gain: gains.proportional,
             derivative_gain: gains.derivative,
@@ -248,7 +241,7 @@ impl ForceLoop {
         })
     }
 
-    fn gains(&self) -> Gains {
+    pub(super) fn gains(&self) -> Gains {
         Gains {
             proportional: self.proportional_gain,
             derivative: self.derivative_gain,
@@ -296,7 +289,7 @@ impl ForceLoop {
     }
 
     /// The least coprime margin of all frequencies: that of the grid, then golden sections between its neighbours.
-    fn coprime_margin(&self) -> f64 {
+    pub(super) fn coprime_margin(&self) -> f64 {
         let of = |l: Complex<f64>| (l + 1.0).norm() / (2.0 * (1.0 + l.norm_sqr())).sqrt();
         let at = |frequency: f64| self.plant.open_loop_at(self.gains(), frequency).map_or(f64::INFINITY, of);
         let response = self.plant.response(self.gains());
@@ -328,6 +321,5 @@ impl Sampled {
     }
 }
 
-mod late;
 #[cfg(test)]
 pub(super) mod tests;

@@ -4,8 +4,9 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
-use super::force_loop::{ForceLoop, search};
+use super::force_loop::ForceLoop;
 use super::held_piston::HeldPiston;
+use super::known_latency::search;
 use crate::error::Result;
 
 /// Number of designs that are kept, enough for a map with the sample rate along an axis.

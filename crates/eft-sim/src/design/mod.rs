@@ -4,6 +4,7 @@
 
 mod force_loop;
 mod held_piston;
+mod known_latency;
 mod latest;
 mod phase_delay;
 mod velocity_estimate;

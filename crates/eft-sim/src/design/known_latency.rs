@@ -1,9 +1,7 @@
 //! The gains behind a load cell of known latency.
 
-use super::super::held_piston::{Gains, HeldPiston, Sampled};
-use super::{
-    Deviation, ForceLoop, LEAST_STATIC_GAIN, NOMINAL_DAMPING, corners, damped, no_poles, refuse_long_delay,
-};
+use super::force_loop::{self, Deviation, ForceLoop, corners, damped, no_poles, refuse_long_delay};
+use super::held_piston::{Gains, HeldPiston, Sampled};
 use crate::error::{Error, Result};
 
 /// Longest delay (samples) of the loop with the latency. Few gains are tried, and a fast rate has many samples.
@@ -26,9 +24,16 @@ const LATE_INTEGRAL_TIMES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Factor (1) from one smaller gain to the next in the search for gains that a known latency allows.
 const LATENCY_STEP: f64 = 0.98;
 
+/// Designs a force loop. A known latency of the load cell makes the gains smaller; the integral time stays, or becomes
+/// longer.
+pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
+    let punctual = force_loop::search(&HeldPiston { latency: 0.0, ..plant.clone() })?;
+    if plant.latency > 0.0 { slowed(&punctual, plant) } else { Ok(punctual) }
+}
+
 /// The gains of a loop for the same rig with a known latency: the largest share of them that keeps the margins
 /// of the rig and the damping of every corner.
-pub(super) fn slowed(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLoop> {
+fn slowed(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLoop> {
     refuse_long_delay("controller.force_delay + dac.delay", plant.samples(), LONGEST_LATENCY)?;
     let nominal = plant.sampled();
     // The given gains keep the corners of a short latency damped, but for rounding.
@@ -37,7 +42,7 @@ pub(super) fn slowed(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLo
     for longer in LATE_INTEGRAL_TIMES {
         let mut gains = punctual.gains();
         gains.integral /= longer;
-        while gains.proportional * plant.static_gain() >= LEAST_STATIC_GAIN {
+        while gains.proportional * plant.static_gain() >= force_loop::LEAST_STATIC_GAIN {
             let slower = ForceLoop::new(gains, &nominal);
             let robust = has_margins(&nominal, gains).map_err(no_poles)?
                 && damped(&corners, gains, LATE_DAMPING).map_err(no_poles)?
@@ -55,5 +60,9 @@ pub(super) fn slowed(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLo
 
 /// Whether the rig itself with its latency has the least damping and gain margin.
 fn has_margins(nominal: &Sampled, gains: Gains) -> Result<bool> {
-    Ok(nominal.damping(gains)? >= NOMINAL_DAMPING && nominal.damping(gains.scaled(LATE_GAIN_MARGIN))? > 0.0)
+    Ok(nominal.damping(gains)? >= force_loop::NOMINAL_DAMPING
+        && nominal.damping(gains.scaled(LATE_GAIN_MARGIN))? > 0.0)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,85 @@
+use std::f64::consts::TAU;
+
+use super::*;
+use crate::RigConfig;
+use crate::design::force_loop::LEAST_DAMPING;
+use crate::design::force_loop::tests::{sizes, zhao2005};
+
+#[test]
+fn a_known_latency_of_the_load_cell_keeps_every_deviating_rig_damped() {
+    // The loop without a latency allows for more deviation of oil and pilot.
+    let (widest, laboratory) = ([(0.6, 1.5), (0.5, 2.0)], [(0.75, 1.5), (0.6, 1.7)]);
+    for plant in sizes() {
+        for (milliseconds, [oil, pilot], least) in [
+            (0.3, widest, LEAST_DAMPING),
+            (0.9, widest, LEAST_DAMPING),
+            (1.5, laboratory, 0.01),
+            (2.0, laboratory, 0.01),
+        ] {
+            let late = HeldPiston { latency: 1e-3 * milliseconds, ..plant.clone() };
+            let designed = search(&late).unwrap();
+            let margins = designed.margins().unwrap();
+            assert!(margins.damping >= 0.2 && margins.gain >= 2.0 && margins.e_max >= 0.2, "{margins:?}");
+            for oil in [oil.0, 1.0, oil.1] {
+                for pilot in [pilot.0, 1.0, pilot.1] {
+                    for gain in [0.9, 1.1] {
+                        let other = HeldPiston {
+                            compressibility: late.compressibility / oil,
+                            pilot_time_constant: late.pilot_time_constant * pilot,
+                            flow_gain: late.flow_gain * gain,
+                            ..late.clone()
+                        };
+                        let damping = other.sampled().damping(designed.gains()).unwrap();
+                        let case = format!("{milliseconds} {oil} {pilot} {gain}");
+                        assert!(damping > 0.99 * least, "{case}: {damping}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_known_latency_up_to_half_a_millisecond_changes_no_gain() {
+    let known = search(&HeldPiston { latency: 5e-4, ..zhao2005() }).unwrap();
+    assert_eq!(known.gains(), search(&zhao2005()).unwrap().gains());
+}
+
+#[test]
+fn a_rig_with_stiff_oil_a_slow_pilot_and_a_late_load_cell_is_damped_when_the_latency_is_known() {
+    // Rig 605 of seed 70225 of the laboratory rigs, with a wider flow curve.
+    let rig = HeldPiston {
+        compressibility: zhao2005().compressibility / 1.458,
+        pilot_time_constant: 1.654 * zhao2005().pilot_time_constant,
+        cell_bandwidth: Some(350.0),
+        flow_gain: 1.1 * zhao2005().flow_gain,
+        delay: 6,
+        ..zhao2005()
+    };
+    let damping = |latency: f64| {
+        let designed = search(&HeldPiston { latency, ..zhao2005() }).unwrap();
+        rig.sampled().damping(designed.gains()).unwrap()
+    };
+    let [unknown, known] = [0.0, 1.887e-3].map(damping);
+    assert!(unknown < 0.0 && known > LEAST_DAMPING, "{unknown} {known}");
+}
+
+#[test]
+fn a_latency_counts_once_with_delay_and_bandwidth() {
+    let design = |changes: &[(&str, toml::Value)]| {
+        RigConfig::zhao2005().replace(changes).unwrap().designed_force_loop(4096.0).unwrap().gains()
+    };
+    let cell = [("sensors.force.delay", 4.into()), ("sensors.force.bandwidth", 400.0.into())];
+    let (samples, filter) = (4.0 / 4096.0, 1.0 / (TAU * 400.0));
+    let [delay, bandwidth] = cell;
+    let told = [delay.clone(), bandwidth.clone(), ("controller.force_delay", (samples + filter).into())];
+    assert_eq!(design(&told), design(&[delay, bandwidth]));
+}
+
+#[test]
+fn a_latency_without_a_damped_loop_is_refused() {
+    let error = search(&HeldPiston { latency: 6e-3, ..zhao2005() }).unwrap_err().to_string();
+    assert!(error.starts_with("controller.force_delay = 0.006: no gains of use"), "{error}");
+    let error = search(&HeldPiston { latency: 9e-3, ..zhao2005() }).unwrap_err().to_string();
+    assert!(error.starts_with("controller.force_delay + dac.delay = 37: "), "{error}");
+}
