@@ -10,8 +10,8 @@ from lemmas.bounds import untouched
 #: Upper limit of the counts.
 MOST = 1 << 20
 SIGNALS = range(4)
-#: All but that of the motion, whose limit increases with the motion.
-SUMS = (0, 1, 3, 4, 5)
+#: All but those of motion and ratio, whose limits increase with the motion.
+SUMS = (0, 1, 3, 4, 6)
 READINGS = ("force", "displacement", "velocity", "spool")
 
 
