@@ -16,6 +16,8 @@ const FAST_FLOW: f64 = 0.2;
 const OIL: f64 = 0.6;
 /// Share by which velocity and displacement may differ.
 const MOTION: f64 = 0.05;
+/// Share by which the gains of two sound sensors differ: 2 % each.
+const SOUND: f64 = 0.04;
 /// Opening (1) within which an overlap counts.
 const NULL_REGION: f64 = 0.03;
 /// Share of an overlap's flow that counts against a force of the wrong sign: see [`Plausibility::turned`].
@@ -111,7 +113,9 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             let one = T::splat(1.0);
             let beyond = off * (self.per_reversal * speed).limit(-one, one);
             // In the direction of the motion a delay adds itself times the change of the velocity's size.
-            let tolerance = T::splat(MOTION) * speed.abs() + ratio_drift;
+            // The rest of the share is a drift as well, and larger than that against noise in a fast motion.
+            let size = speed.abs();
+            let tolerance = larger(T::splat(MOTION) * size, T::splat(SOUND) * size + ratio_drift);
             let change = [self.period * beyond, self.period * tolerance, ratio_limit];
             ratio_began.add(ratio, change, [self.late, speed.abs()]);
             // The flow's residual vanishes with the correct one of the two.

@@ -300,14 +300,14 @@ fn the_ratio_counts_the_difference_in_the_direction_of_motion() {
     let off = 0.04 + 0.375 * (moved - travelled - 0.04);
     // Below 1/0.7 m/s the direction has a smaller weight.
     let state = summed(&round(), before());
-    added("slow", &state.sums[RATIO], off * 0.7 * speed, 0.05 * speed + 0.007);
+    added("slow", &state.sums[RATIO], off * 0.7 * speed, 0.04 * speed + 0.007);
     let state = summed(&Plausibility { per_reversal: 1e3, ..round() }, before());
-    added("fast", &state.sums[RATIO], off, 0.05 * speed + 0.007);
+    added("fast", &state.sums[RATIO], off, 0.04 * speed + 0.007);
     let mut turned = before();
     turned.fine[0] = -2.0;
     let back = -2.0 + 0.375 * (moved + 2.0);
     let state = summed(&Plausibility { per_reversal: 1e3, ..round() }, turned);
-    added("backwards", &state.sums[RATIO], -off, 0.05 * -back + 0.007);
+    added("backwards", &state.sums[RATIO], -off, f64::max(0.05 * -back, 0.04 * -back + 0.007));
 }
 
 #[test]
