@@ -80,7 +80,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
 
     /// Sets the state to that of a rig that has long been at this operating point. The next [`step`](Self::step) with
     /// the same input has no bump. The calibration, the force loop's integral and the protection keep their state. A
-    /// window begins, and the plausibility watch begins anew, apart from the sensors that it distrusts. An estimated velocity is that of a displacement at rest. An invalid input gives a rig at rest.
+    /// window begins, and the plausibility watch begins anew, apart from the sensors that it distrusts. An estimated
+    /// velocity is that of a displacement at rest. An invalid input gives a rig at rest.
     pub fn prime(&self, state: &mut ChannelState<T>, input: &Input<T>) {
         let velocity;
         (state.velocity, velocity) = self.velocity.prime(input);
