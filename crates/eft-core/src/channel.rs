@@ -3,6 +3,7 @@
 
 mod belief;
 mod between;
+mod control;
 mod side_by_side;
 mod state;
 #[cfg(test)]
@@ -14,17 +15,17 @@ pub use state::ChannelState;
 use core::mem::MaybeUninit;
 
 use crate::checksum::word;
-use crate::controller::{Controller, ControllerInput, Sample, Supply, gap};
+use crate::controller::{Controller, gap};
 use crate::error::{ConfigError, LARGEST, check, within};
 use crate::integrity::integrity;
-use crate::learning::{LOWEST_RATE, Moment, window_ticks};
+use crate::learning::{LOWEST_RATE, window_ticks};
 use crate::number::Real;
 use crate::parameters::{Parameters, ProtectionParameters, Realization, VelocitySource};
-use crate::protection::{NEVER, Plausibility, Protection, ProtectionInput, StuckWatch, samples};
+use crate::protection::{NEVER, Plausibility, Protection, StuckWatch, samples};
 use crate::signals::{Input, Output};
 use crate::status;
 use crate::velocity::Velocity;
-use state::{Believed, in_use};
+use state::Believed;
 
 /// A channel's immutable configuration; one drives any number of actuators.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,8 +160,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         input: &Input<T>,
         path: impl FnOnce(T) -> T,
     ) -> Output<T> {
-        let learns = self.learns;
-        if learns && state.ticks_left == 0 {
+        if self.learns && state.ticks_left == 0 {
             state.begin_window(self.window_ticks);
         }
         let gated;
@@ -171,17 +171,13 @@ impl<T: Real, const N: usize> Channel<T, N> {
             }
             None => input,
         };
-        let estimates = !matches!(parts.velocity, Velocity::Sensor);
-        if estimates && state.velocity_gap >= self.gap_ticks && input.displacement.is_finite() {
-            parts.velocity.resume(&mut state.velocity, input, ticks(state.velocity_gap));
-            state.velocity_gap = 0;
-        }
-        let velocity = parts.velocity.step(&mut state.velocity, input);
+        let velocity = self.velocity(parts, state, input);
         let stuck = match parts.stuck {
             Some(watch) => watch.step(&mut state.stuck, velocity, input.force, input.spool),
             None => 0,
         };
         let mut believed = Believed {
+            command: input.command,
             force: input.force,
             displacement: input.displacement,
             velocity,
@@ -191,119 +187,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         if let Some(watch) = parts.plausibility {
             believed = self.believe(watch, state, input, believed);
         }
-        let (mut command, mut authority, mut protection) = (input.command, T::splat(1.0), believed.status);
-        if let Some(p) = parts.protection {
-            let Believed { force, displacement, velocity, spool, .. } = believed;
-            let protected = p.step(
-                &mut state.protection,
-                &ProtectionInput {
-                    command,
-                    force,
-                    displacement,
-                    velocity,
-                    spool,
-                    alive: input.alive,
-                    period: input.period,
-                },
-            );
-            (command, authority, protection) =
-                (protected.command, protected.authority, protection | protected.status);
-            if let Some(watch) = parts.plausibility {
-                let follows = protected.open && self.doubts_velocity(state);
-                if follows {
-                    believed.velocity = watch.agreed(&state.plausibility, believed.velocity);
-                }
-                let source = protected.status & (status::TRIPPED | status::SHUT_DOWN) | u32::from(follows);
-                let source = source | believed.status & status::VELOCITY_DISTRUSTED;
-                // Without a motion there is nothing to follow, and a closed valve drifts least.
-                let rests = protected.open && watch.rests(&state.plausibility);
-                let source = source | u32::from(rests) << 1;
-                let level = if rests { T::splat(0.0) } else { protected.level };
-                let compensated = believed.velocity * level;
-                let braked = match state.protection.braking() {
-                    Some(share) if !protected.open => watch.brake(compensated, share),
-                    _ if protected.open => {
-                        let calibration = state.calibration();
-                        let adds = calibration.null_signal.abs() > T::splat(0.0);
-                        let added = if adds { calibration.null_offset } else { T::splat(0.0) };
-                        compensated - watch.null_velocity(&state.plausibility, believed.spool, added)
-                    }
-                    _ => compensated,
-                };
-                believed.velocity = watch.bridge(&mut state.plausibility, braked, source);
-                if protected.open {
-                    // Without a force error the loop is open, and leakage damps the oil's spring.
-                    believed.force = command;
-                    protection |= status::FORCE_LOOP_OPEN;
-                    // A wrong force has wound the integral up.
-                    state.controller.forget();
-                }
-            }
-        }
-        let asked = ControllerInput {
-            command,
-            next_command: if parts.looks_ahead { self.preview(state, input.next_command) } else { command },
-            velocity: believed.velocity,
-            force: believed.force,
-            spool: believed.spool,
-            supply_pressure: input.supply_pressure,
-        };
-        let supply = if parts.measures_supply {
-            self.controller.supply(&mut state.controller, asked.supply_pressure)
-        } else {
-            Supply::nominal()
-        };
-        let sample = self.controller.sample(&state.controller, &asked, supply);
-        let friction = parts.rubs.then(|| self.controller.friction.against(asked.velocity));
-        let sample = Sample {
-            ahead: parts.looks_ahead,
-            integrates: parts.integrates,
-            laps: parts.laps,
-            friction,
-            ..sample
-        };
-        let out = if !sample.good {
-            if learns {
-                state.window.lose(true);
-            }
-            if estimates {
-                let before = if state.controller.lost() > 0 { state.velocity_gap } else { 0 };
-                state.velocity_gap = if velocity.is_finite() { 0 } else { before.saturating_add(1) };
-            }
-            self.controller.refuse(&mut state.controller, sample, path)
-        } else {
-            let calibration = if parts.plausibility.is_some() {
-                in_use(&state.calibrations, state.in_use.slot, &state.sound)
-            } else {
-                state.in_use.slot.of(&state.calibrations)
-            };
-            let summed = learns && !(parts.plausibility.is_some() && state.protection.is_tripped());
-            if summed && parts.realization == Realization::Digital {
-                // Before the controller replaces it.
-                state.window.add_command(true, state.controller.valve_command());
-            }
-            // The same source is compiled twice, so that an ordinary tick does not pay for the one after a gap.
-            let out = if sample.rests {
-                let sample = Sample { good: true, rests: true, ..sample };
-                self.controller.follow(&mut state.controller, sample, calibration, path)
-            } else {
-                let sample = Sample { good: true, rests: false, ..sample };
-                self.controller.follow(&mut state.controller, sample, calibration, path)
-            };
-            if summed {
-                let now = Moment { force: sample.carried(asked.force), command: sample.carried(command) };
-                state.window.add(true, velocity, asked.spool, now);
-                if parts.measures_supply {
-                    state.window.supply = supply.ratio;
-                }
-                if parts.realization == Realization::Analog {
-                    state.window.add_sampled_command(true, input.valve_command, asked.spool);
-                }
-            } else if learns {
-                state.window.lose(true);
-            }
-            out
-        };
+        let authority = self.permit(parts, state, input, &mut believed);
+        let out = self.control(parts, state, input, velocity, &believed, path);
         let status = out.status | state.in_use.flags | stuck;
         let mut voltage = out.valve_command;
         if let Some(p) = parts.protection {
@@ -315,7 +200,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             }
         }
         let mut window = None;
-        if learns {
+        if self.learns {
             state.ticks_left -= 1;
             if state.ticks_left == 0 {
                 window = Some(state.end_window());
@@ -325,11 +210,22 @@ impl<T: Real, const N: usize> Channel<T, N> {
             voltage,
             compensation: out.compensation,
             velocity,
-            permitted_command: command,
+            permitted_command: believed.command,
             authority,
-            status: status | protection,
+            status: status | believed.status,
             window,
         }
+    }
+
+    /// The velocity of this tick. After a gap an estimate starts from the displacement.
+    #[inline(always)]
+    fn velocity(&self, parts: Parts<'_, T, N>, state: &mut ChannelState<T>, input: &Input<T>) -> T {
+        let estimates = !matches!(parts.velocity, Velocity::Sensor);
+        if estimates && state.velocity_gap >= self.gap_ticks && input.displacement.is_finite() {
+            parts.velocity.resume(&mut state.velocity, input, ticks(state.velocity_gap));
+            state.velocity_gap = 0;
+        }
+        parts.velocity.step(&mut state.velocity, input)
     }
 
     const fn parts(&self) -> Parts<'_, T, N> {

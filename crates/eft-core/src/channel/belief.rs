@@ -1,11 +1,13 @@
-//! Selects the trusted measurements, and replaces the others.
+//! The measurements and the command that controller and trip levels use.
 
 use crate::cause::Cause;
 use crate::channel::state::Believed;
-use crate::channel::{Channel, ChannelState};
+use crate::channel::{Channel, ChannelState, Parts};
 use crate::number::Real;
 use crate::parameters::Realization;
-use crate::protection::{DISPLACEMENT, FORCE, Known, Plausibility, SPOOL, VELOCITY};
+use crate::protection::{
+    DISPLACEMENT, FORCE, Known, Plausibility, Protected, ProtectionInput, SPOOL, VELOCITY,
+};
 use crate::signals::Input;
 use crate::status;
 use crate::velocity::Velocity;
@@ -78,6 +80,74 @@ impl<T: Real, const N: usize> Channel<T, N> {
             believed.status |= status::FORCE_LOOP_OPEN;
         }
         believed
+    }
+
+    /// Lets the protection limit the command. After a trip it also replaces the velocity that is compensated for. Returns
+    /// the authority over the valve.
+    #[inline(always)]
+    pub(super) fn permit(
+        &self,
+        parts: Parts<'_, T, N>,
+        state: &mut ChannelState<T>,
+        input: &Input<T>,
+        believed: &mut Believed<T>,
+    ) -> T {
+        let Some(protection) = parts.protection else {
+            return T::splat(1.0);
+        };
+        let Believed { command, force, displacement, velocity, spool, .. } = *believed;
+        let (alive, period) = (input.alive, input.period);
+        let protected = protection.step(
+            &mut state.protection,
+            &ProtectionInput { command, force, displacement, velocity, spool, alive, period },
+        );
+        believed.command = protected.command;
+        believed.status |= protected.status;
+        if let Some(watch) = parts.plausibility {
+            believed.velocity = self.compensated(watch, state, believed, &protected);
+            if protected.open {
+                // Without a force error the loop is open, and leakage damps the oil's spring.
+                believed.force = protected.command;
+                believed.status |= status::FORCE_LOOP_OPEN;
+                // A wrong force has wound the integral up.
+                state.controller.forget();
+            }
+        }
+        protected.authority
+    }
+
+    /// The velocity (m/s) to compensate for. Without a trip it is the believed one. After a trip the brake leaves a part of
+    /// it, and an open loop follows the piston at a lower level and without the null bias.
+    #[inline(always)]
+    fn compensated(
+        &self,
+        watch: &Plausibility<T, N>,
+        state: &mut ChannelState<T>,
+        believed: &Believed<T>,
+        protected: &Protected<T>,
+    ) -> T {
+        let zero = T::splat(0.0);
+        let follows = protected.open && self.doubts_velocity(state);
+        let velocity =
+            if follows { watch.agreed(&state.plausibility, believed.velocity) } else { believed.velocity };
+        // Without a motion there is nothing to follow, and a closed valve drifts least.
+        let rests = protected.open && watch.rests(&state.plausibility);
+        let velocity = velocity * if rests { zero } else { protected.level };
+        let velocity = match state.protection.braking() {
+            _ if protected.open => {
+                let calibration = state.calibration();
+                let adds = calibration.null_signal.abs() > zero;
+                let added = if adds { calibration.null_offset } else { zero };
+                velocity - watch.null_velocity(&state.plausibility, believed.spool, added)
+            }
+            Some(share) => watch.brake(velocity, share),
+            None => velocity,
+        };
+        let source = protected.status & (status::TRIPPED | status::SHUT_DOWN)
+            | believed.status & status::VELOCITY_DISTRUSTED
+            | u32::from(follows)
+            | u32::from(rests) << 1;
+        watch.bridge(&mut state.plausibility, velocity, source)
     }
 
     /// Whether the velocity may be wrong although the force is blamed. If the displacement is blamed and the force then

@@ -186,6 +186,7 @@ pub(super) fn in_use<'a, T: Real>(
 /// The values of a tick that controller and trip levels use.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Believed<T> {
+    pub(super) command: T,
     pub(super) force: T,
     pub(super) displacement: T,
     pub(super) velocity: T,
