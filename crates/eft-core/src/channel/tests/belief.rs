@@ -1,13 +1,10 @@
 //! What takes the place of distrusted measurements, and which flags say so.
 
 use super::*;
+use crate::parameters::Levels;
 
 fn watched() -> Channel<f64, 21> {
-    let protection = ProtectionParameters {
-        plausibility: Some(PlausibilityParameters::DEFAULT),
-        ..ProtectionParameters::DEFAULT
-    };
-    Channel::<f64, 21>::new(&Parameters { protection: Some(protection), ..RIG }).unwrap()
+    Channel::<f64, 21>::new(&Parameters { protection: WATCHED, ..RIG }).unwrap()
 }
 
 /// A state in the middle of a motion.
@@ -71,4 +68,44 @@ fn a_force_that_contradicts_the_flow_leaves_the_velocity_in_doubt() {
     }
     assert!(tripped && state.cause() == Cause::ForceImplausible, "{:?}", state.cause());
     assert!(channel.doubts_velocity(&state));
+}
+
+#[test]
+fn after_a_force_level_the_velocity_is_doubted_and_after_another_level_not() {
+    let channel = watched();
+    for (cause, doubted) in
+        [(Cause::ForceLevel, true), (Cause::DisplacementLevel, false), (Cause::Request, false)]
+    {
+        let mut state = channel.at_rest();
+        state.protection.trip_by(cause);
+        assert_eq!(channel.doubts_velocity(&state), doubted, "{cause:?}");
+    }
+    // A displacement was blamed. If the loop opens then, the velocity was wrong, unless the force is blamed as well.
+    let mut state = channel.at_rest();
+    for (blamed, doubted) in [(Cause::DisplacementImplausible, true), (Cause::ForceLost, false)] {
+        state.protection.trip_by(blamed);
+        state.plausibility.distrust(blamed);
+        assert_eq!(channel.doubts_velocity(&state), doubted, "{blamed:?}");
+    }
+}
+
+#[test]
+fn a_distrusted_force_or_displacement_counts_as_zero() {
+    let protection = ProtectionParameters {
+        force: Levels { warning: 0.5, trip: 20e3 },
+        displacement: Levels { warning: 0.05, trip: 0.115 },
+        plausibility: Some(PlausibilityParameters::DEFAULT),
+        ..ProtectionParameters::DEFAULT
+    };
+    let channel = Channel::<f64, 21>::new(&Parameters { protection: Some(protection), ..RIG }).unwrap();
+    let away = Input { force: 50.0, displacement: 0.06, velocity: 0.0, spool: 0.0, ..Input::default() };
+    for (force, displacement) in [(0.0, 0.06), (50.0, 0.0)] {
+        let mut state = channel.at_rest();
+        let input = Input { force, displacement, ..away };
+        let warns = |state: &mut _| channel.step(state, &input).status & status::PROTECTION_WARNING != 0;
+        assert!(warns(&mut state), "{force} {displacement}");
+        let sensor = if force > 0.0 { Cause::ForceImplausible } else { Cause::DisplacementImplausible };
+        state.plausibility.distrust(sensor);
+        assert!(!warns(&mut state), "{force} {displacement}");
+    }
 }
