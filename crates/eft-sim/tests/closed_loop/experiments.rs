@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use eft_sim::RigConfig;
 use eft_sim::identification::{
-    FlowTest, Recording, flow_test, free_vibration, identify_damping, identify_delay, identify_flow_curve,
-    identify_flow_gain, valve_test,
+    FlowTest, Recording, flow_curve_by_differences, flow_test, free_vibration, identify_damping,
+    identify_delay, identify_flow_curve, identify_flow_gain, valve_test,
 };
 use eft_sim::linear::{phase_delay, valve_response};
 
@@ -64,6 +64,25 @@ fn the_flow_curve_of_the_virtual_rig_is_table_2() {
     }
     let (error, reached) = worst(&tests);
     assert!(error < 0.02 && reached >= 15, "{error} at {reached} points with noise");
+}
+
+#[test]
+fn mean_flows_by_differences_are_table_2() {
+    let rig = RigConfig::zhao2005();
+    let tests = flow_tests();
+    let recordings: Vec<_> =
+        tests.iter().map(|t| Recording { spool: &t.spool, displacement: &t.displacement }).collect();
+    let found = flow_curve_by_differences(&recordings, 2048.0, rig.actuator.piston_area, 21).unwrap();
+    let truth = &rig.servovalve.flow_table.flows;
+    for i in (0..21).filter(|i| found.measured[*i]) {
+        let error = (found.flows[i] - truth[i]).abs() / truth[20];
+        assert!(error < 0.01, "{error} at {}", found.openings[i]);
+    }
+    // Beyond the data the points are on the line through the last two.
+    let last = found.measured.iter().rposition(|m| *m).unwrap();
+    assert!(last < 20);
+    let step = |i: usize| found.flows[i] - found.flows[i - 1];
+    assert!((step(20) / step(last) - 1.0).abs() < 1e-9);
 }
 
 #[test]

@@ -5,6 +5,8 @@ mod batch;
 mod experiments;
 mod fine_tuning;
 mod instruments;
+mod latencies;
+mod overlap;
 mod processor_in_the_loop;
 mod replay;
 mod simulate;
