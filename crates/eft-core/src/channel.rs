@@ -130,7 +130,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     ///
     /// # Cost
     /// Independent of history. The page on the loop's budget lists the instructions.
-    #[inline(always)]
+    // Each unit test would otherwise contain the whole tick.
+    #[cfg_attr(not(test), inline(always))]
     pub fn step(&self, state: &mut ChannelState<T>, input: &Input<T>) -> Output<T> {
         self.step_via(state, input, |compensation| compensation)
     }
