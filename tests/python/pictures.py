@@ -3,6 +3,7 @@
 from contextlib import contextmanager
 
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 
@@ -21,3 +22,12 @@ def quick():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", quickly)
         yield
+
+
+def drawn(figure):
+    """Draw a figure once and with few dots; `savefig` draws and lays it out twice.
+
+    The canvas of a figure without pyplot draws nothing.
+    """
+    figure.set_dpi(40)
+    FigureCanvasAgg(figure).draw()

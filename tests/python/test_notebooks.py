@@ -133,7 +133,6 @@ def test_a_result_draws_itself(results, name):
     assert drawn is not None
     axes = [ax for ax in figure.axes if ax.lines or ax.collections]
     assert axes
-    figure.canvas.draw()
     for ax in axes:
         _, labels = ax.get_legend_handles_labels()
         assert len(labels) == len(set(labels)), "one name a curve"
@@ -238,7 +237,7 @@ def test_every_option_draws(results, drawn, name, what, given):
         chosen["figure"] = figure
     answer = FUNCTIONS[name](*(pool[one] for one in ([what] if isinstance(what, str) else what)), **chosen)
     for one in answer if isinstance(answer, tuple) else (answer if isinstance(answer, Figure) else figure,):
-        one.canvas.draw()
+        pictures.drawn(one)
         assert any(ax.lines or ax.collections for ax in one.axes)
 
 

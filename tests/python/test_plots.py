@@ -8,6 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import eft
+import pictures
 from eft import plots
 from fakes import FakeRun
 
@@ -127,7 +128,7 @@ def test_no_runs_is_an_error():
         plots.force_spectrum({}, ax=new_axes())
 
 
-def test_whole_figures_draw_without_warning_and_change_no_global_style(tmp_path):
+def test_whole_figures_draw_without_warning_and_change_no_global_style():
     before = mpl.rcParams.copy()
     runs = {
         scheme: FakeRun(share=share) for scheme, share in (("off", 0.2), ("linear", 0.8), ("nonlinear", 1.0))
@@ -142,8 +143,8 @@ def test_whole_figures_draw_without_warning_and_change_no_global_style(tmp_path)
             plots.figure_11(runs),
             plots.figure_structure(runs["nonlinear"]),
         ]
-        for index, figure in enumerate(figures):
-            figure.savefig(tmp_path / f"{index}.png", dpi=50)
+        for figure in figures:
+            pictures.drawn(figure)
             for ax in figure.axes:
                 assert ax.get_ylabel(), "an axis without a label and unit"
     assert mpl.rcParams.copy() == before
