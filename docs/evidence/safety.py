@@ -31,6 +31,8 @@ SIGNALS = ("force", "displacement", "velocity", "spool")
 KINDS = ("lost", "zero", "stuck", "sign")
 # A wrong gain lasts a second and reads 10 % too much.
 CASES = (*((signal, kind) for signal in SIGNALS for kind in KINDS), ("velocity", "gain"))
+# Transient faults, and their durations (s) at the moments in turn.
+TRANSIENTS = (*((*case, (0.3, 0.5)) for case in CASES[:-1]), *((*CASES[-1], (time,)) for time in (0.5, 1.0)))
 FORCE_TRIP, DISPLACEMENT_TRIP = 20e3, 0.115
 LEVELS = {
     "protection.enabled": True,
@@ -176,15 +178,21 @@ def yielding(moments: int) -> Iterator[dict[str, object]]:
     values = np.asarray(command.values)
     base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | YIELDS)
     ideal = largest(eft.ideal_response(base, command).displacement)
-    starts = 1.5 + 8.0 * np.arange(moments) / moments
     for ramp in (0.5, 0.25):
-        for signal, kind in CASES:
+        for signal, kind, durations in TRANSIENTS:
+            # A level trips before a wrong gain is noticed at few moments.
+            count = 4 * moments if kind == "gain" else moments
+            starts = 1.5 + 8.0 * np.arange(count) / count
 
             def rig_of(
-                moment: int, ramp: float = ramp, case: tuple[str, str] = (signal, kind)
+                moment: int,
+                ramp: float = ramp,
+                case: tuple[str, str] = (signal, kind),
+                durations: Sequence[float] = durations,
+                starts: np.ndarray = starts,
             ) -> tuple[eft.Rig, eft.Command]:
                 start = float(starts[moment])
-                changes = fault(*case, start, None if case[1] == "gain" else (0.3, 0.5)[moment % 2])
+                changes = fault(*case, start, durations[moment % len(durations)])
                 changes |= {"protection.ramp_time": ramp}
                 changes |= {"controller.realization": ("digital", "analog")[moment // 2 % 2]}
                 rig = base.replace(changes | random_rigs.SCHEMES[("fixed", "adaptive")[moment // 4 % 2]])
@@ -193,14 +201,15 @@ def yielding(moments: int) -> Iterator[dict[str, object]]:
             ratios = np.array(
                 [
                     largest(run.displacement[int(start * RATE) :]) / ideal
-                    for start, run in zip(starts, runs(rig_of, moments), strict=True)
+                    for start, run in zip(starts, runs(rig_of, count), strict=True)
                 ]
             )
             yield {
                 "ramp": ramp,
                 "signal": signal,
                 "kind": kind,
-                "moments": moments,
+                "duration": max(durations),
+                "moments": count,
                 "worst": float(ratios.max()),
                 "beyond": float((ratios > 1.2).mean()),
             }

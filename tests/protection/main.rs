@@ -149,8 +149,9 @@ fn a_trip_ramps_the_force_to_zero() {
         assert!(warned < tripped && first(&run, SHUT_DOWN).is_none());
         // During the ramp the force is the frozen command times the remaining share.
         let start = (tripped * RATE) as usize;
+        let ramp = if braked { 0.1 } else { 0.3 };
         for part in [0.3, 0.6, 0.9] {
-            let i = start + (part * 0.3 * RATE) as usize;
+            let i = start + (part * ramp * RATE) as usize;
             let off = run.force[i] - run.command[start] * (1.0 - part);
             // The brake adds a force against the motion.
             let against = if braked { -off * run.velocity[i].signum() } else { -off.abs() };

@@ -73,6 +73,14 @@ pub(crate) fn fault(signal: &str, kind: &str, start: f64) -> Vec<(&'static str, 
     changes
 }
 
+/// A fault of half a second.
+fn transient(signal: &str, kind: &str, start: f64) -> Vec<(&'static str, Value)> {
+    let mut changes = fault(signal, kind, start);
+    changes.retain(|(key, _)| *key != "sensors.fault.duration");
+    changes.push(("sensors.fault.duration", 0.5.into()));
+    changes
+}
+
 pub(crate) struct Seen {
     pub(crate) noticed: Option<f64>,
     pub(crate) cause: Cause,
@@ -289,9 +297,7 @@ fn a_fast_yielding_specimen_is_braked_after_a_trip() {
     let signals = ["displacement", "velocity", "spool"];
     for adaptive in [false, true] {
         let rigs = signals.map(|signal| {
-            let mut changes = fault(signal, "lost", start);
-            changes.push(("sensors.fault.duration", 0.5.into()));
-            changes.extend(yields());
+            let changes = [&transient(signal, "lost", start)[..], &yields()].concat();
             rig("digital", adaptive, true, &changes)
         });
         for (signal, run) in signals.into_iter().zip(runs(&rigs, &command)) {
@@ -307,6 +313,24 @@ fn a_fast_yielding_specimen_is_braked_after_a_trip() {
 
 // SR-06
 #[test]
+fn a_fault_that_trips_the_force_level_does_not_push_a_yielding_specimen_further() {
+    let mut command = el_centro();
+    let sound = rig("digital", false, true, &yields());
+    let ideal = ideal_response(&sound, &command, &SimulateOptions::default()).unwrap();
+    let ideal = ideal.displacement.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    // The velocity reads 10 % too much. The force reaches its level before the ratio of the motions is noticed.
+    let start = 2.033;
+    command.values.truncate(((start + 3.0) * RATE) as usize);
+    let changes = [&transient("velocity", "gain", start)[..], &yields()].concat();
+    let s = seen(&runs(&[rig("digital", false, true, &changes)], &command)[0], start);
+    assert_eq!(s.cause, Cause::ForceLevel);
+    let most = s.displacement / ideal;
+    keep("yielding specimen in El Centro, force level", &[("displacement over the ideal one", most)]);
+    assert!(most < 1.2, "{most}");
+}
+
+// SR-06
+#[test]
 fn a_fault_does_not_push_a_yielding_specimen_further() {
     let yields = yields();
     // 1.5 times the force at yield, near its resonance.
@@ -318,10 +342,7 @@ fn a_fault_does_not_push_a_yielding_specimen_further() {
     for (signal, kind) in faults.chain([("velocity", "gain")]) {
         let starts: [f64; 6] = std::array::from_fn(|n| 1.5 + n as f64 / 12.0);
         let rigs = starts.map(|start| {
-            let mut changes = fault(signal, kind, start);
-            changes.retain(|(key, _)| *key != "sensors.fault.duration");
-            changes.push(("sensors.fault.duration", 0.5.into()));
-            changes.extend(yields.iter().cloned());
+            let changes = [&transient(signal, kind, start)[..], &yields].concat();
             rig("digital", false, true, &changes)
         });
         let moved =

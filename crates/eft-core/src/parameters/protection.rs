@@ -64,7 +64,8 @@ pub struct ProtectionParameters {
     pub spool: Levels,
     /// Time (s) from zero to the whole command at the start; 0 for none.
     pub start_time: f64,
-    /// Time (s) from the whole command to zero after a trip or at the end.
+    /// Time (s) from the whole command to zero after a trip or at the end. After a trip by a sensor it is a fifth of this, at
+    /// most 0.1 s. After one by the force's level it is at most 0.1 s with a plausibility watch.
     pub ramp_time: f64,
     /// Time (s) from the whole valve command to zero in a shutdown.
     pub shutdown_time: f64,

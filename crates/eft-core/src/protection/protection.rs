@@ -29,6 +29,8 @@ pub struct Protection<T> {
     fall: Ramp,
     /// The ramp down after a trip by a sensor.
     quick_fall: Ramp,
+    /// The ramp down after a trip by the force's level.
+    force_fall: Ramp,
     shut: Ramp,
     /// Time in which the piston follows the specimen before the valve closes, if such a time is configured.
     settle: Option<Ramp>,
@@ -37,7 +39,7 @@ pub struct Protection<T> {
     timing: Timing<T>,
     oscillation: Option<OscillationWatch<T>>,
 }
-integrity!(Protection<T>: force, displacement, velocity, spool, rise, fall, quick_fall, shut, settle, lost_samples, fault_samples, timing, oscillation);
+integrity!(Protection<T>: force, displacement, velocity, spool, rise, fall, quick_fall, force_fall, shut, settle, lost_samples, fault_samples, timing, oscillation);
 
 /// Share of the velocity's compensation after a trip. Below 1 the velocity feedback damps the specimen, also with a
 /// calibration that is a few per cent wrong.
@@ -49,10 +51,8 @@ const QUICK: f64 = 0.2;
 /// Longest such ramp (s). In a slower one the frozen command would move the specimen further.
 const QUICK_TIME: f64 = 0.1;
 
-/// Time (s) of the ramp after a trip by a sensor, from the time of the ramp after other trips.
-const fn quick(ramp_time: f64) -> f64 {
-    let share = QUICK * ramp_time;
-    if share > QUICK_TIME { QUICK_TIME } else { share }
+const fn at_most(longest: f64, time: f64) -> f64 {
+    if time > longest { longest } else { time }
 }
 
 /// Share of the force's trip level by which a force that follows its command may differ from it.
@@ -293,6 +293,8 @@ impl<T: Real> Protection<T> {
             state.scale.up(self.rise)
         } else if state.cause.is_of_sensors() {
             state.scale.down(self.quick_fall)
+        } else if state.cause == Cause::ForceLevel {
+            state.scale.down(self.force_fall)
         } else {
             state.scale.down(self.fall)
         }
@@ -376,6 +378,7 @@ macro_rules! constructor {
             pub const fn new(p: &ProtectionParameters, sample_rate: f64) -> Result<Self, ConfigError> {
                 let rate = check!(positive("sample_rate", sample_rate));
                 check!(within("lost_samples", p.lost_samples as f64, 0.0, 1e5));
+                let longest = if p.plausibility.is_some() { QUICK_TIME } else { f64::MAX };
                 let limit = Limit::<$t>::new("displacement_warning", "displacement_trip", p.displacement);
                 Ok(Self {
                     force: check!(Limit::<$t>::new("force_warning", "force_trip", p.force)),
@@ -384,7 +387,13 @@ macro_rules! constructor {
                     spool: check!(Limit::<$t>::new("spool_warning", "spool_trip", p.spool)),
                     rise: check!(Ramp::new("start_time", p.start_time, rate)),
                     fall: check!(Ramp::new("ramp_time", p.ramp_time, rate)),
-                    quick_fall: check!(Ramp::new("ramp_time", quick(p.ramp_time), rate)),
+                    quick_fall: check!(Ramp::new(
+                        "ramp_time",
+                        at_most(QUICK_TIME, QUICK * p.ramp_time),
+                        rate
+                    )),
+                    // A wrong velocity may have driven the force to its level before the watch notices it.
+                    force_fall: check!(Ramp::new("ramp_time", at_most(longest, p.ramp_time), rate)),
                     shut: check!(Ramp::new("shutdown_time", p.shutdown_time, rate)),
                     settle: match &p.plausibility {
                         Some(watch) => Some(check!(Ramp::new("settle_time", watch.settle_time, rate))),

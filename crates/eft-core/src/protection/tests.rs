@@ -89,20 +89,39 @@ fn a_wrong_sensor_ramps_the_force_in_a_fifth_of_the_time() {
     }
 }
 
+/// Samples of a millisecond from a trip to the end of the ramp.
+fn samples_of_a_ramp(ramp_time: f64, plausibility: Option<PlausibilityParameters>, cause: Cause) -> u32 {
+    let parameters = ProtectionParameters { ramp_time, plausibility, ..ProtectionParameters::DEFAULT };
+    let p = Protection::<f64>::new(&parameters, 1000.0).unwrap();
+    let mut state = ProtectionState::default();
+    p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
+    state.trip_by(cause);
+    let down = |_: &u32| {
+        p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
+        state.is_down()
+    };
+    (1..100_000).find(down).unwrap()
+}
+
 // SR-05
 #[test]
 fn a_long_ramp_after_a_wrong_sensor_takes_a_tenth_of_a_second() {
     for (ramp_time, samples) in [(0.25, 50), (0.5, 100), (2.5, 100), (60.0, 100)] {
-        let parameters = ProtectionParameters { ramp_time, ..ProtectionParameters::DEFAULT };
-        let p = Protection::<f64>::new(&parameters, 1000.0).unwrap();
-        let mut state = ProtectionState::default();
-        p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
-        state.trip_by(Cause::SpoolLost);
-        let down = (1..).find(|_| {
-            p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
-            state.is_down()
-        });
-        assert_eq!(down, Some(samples), "{ramp_time}");
+        assert_eq!(samples_of_a_ramp(ramp_time, None, Cause::SpoolLost), samples, "{ramp_time}");
+    }
+}
+
+// SR-05
+#[test]
+fn a_watched_ramp_after_a_force_level_takes_at_most_a_tenth_of_a_second() {
+    let watched = Some(PlausibilityParameters::DEFAULT);
+    for (ramp_time, samples) in [(0.05, 50), (0.1, 100), (0.25, 100), (60.0, 100)] {
+        assert_eq!(samples_of_a_ramp(ramp_time, watched, Cause::ForceLevel), samples, "{ramp_time}");
+    }
+    for (watch, cause) in
+        [(None, Cause::ForceLevel), (watched, Cause::DisplacementLevel), (watched, Cause::Request)]
+    {
+        assert_eq!(samples_of_a_ramp(0.25, watch, cause), 250, "{cause:?}");
     }
 }
 

@@ -229,7 +229,7 @@ pub static KEYS: &[Key] = &[
     key("protection.spool_warning", "", Float(0.0, 10.0), Optional, "spool opening that raises a warning of the protection"),
     key("protection.spool_trip", "", Float(0.0, 10.0), Optional, "spool opening that trips the test"),
     key("protection.start_time", "s", Float(0.0, 1e4), float(0.0), "time of the soft start"),
-    key("protection.ramp_time", "s", Float(0.0, 1e4), float(0.5), "time of the ramp to zero force after a trip and at the soft end; with the plausibility, a fifth of it, at most 0.1 s, after a trip by a distrusted or lost sensor"),
+    key("protection.ramp_time", "s", Float(0.0, 1e4), float(0.5), "time of the ramp to zero force after a trip and at the soft end; with the plausibility, a fifth of it, at most 0.1 s, after a trip by a distrusted or lost sensor, and at most 0.1 s after one by the force level"),
     key("protection.soft_end", "", Bool, OFF, "whether the command ends with this ramp"),
     key("protection.shutdown_time", "s", Float(0.0, 1e4), float(0.1), "time of the ramp of the valve command to zero in a shutdown"),
     key("protection.lost_samples", "samples", Int(0, 100000), int(10), "lost or rejected samples in a row before the shutdown; lost commands in a row before the trip"),
