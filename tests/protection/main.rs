@@ -15,6 +15,7 @@ mod results;
 
 mod matrix;
 mod oscillation;
+mod primed;
 mod sizes;
 use results::keep;
 
