@@ -8,7 +8,7 @@ use crate::integrity::integrity;
 use crate::number::Real;
 
 /// Prior standard deviation of a node's departure from its direction, over the node's flow.
-const NODE_BELIEF: f64 = 0.05;
+pub(super) const NODE_BELIEF: f64 = 0.05;
 /// Largest departure of a node from its direction, over the node's flow.
 pub(super) const DEPARTURE: f64 = 0.2;
 /// Least rise from node to node (steps).
@@ -143,6 +143,11 @@ pub(super) fn between<T: Real>(departures: &[T; NODES], flow: T) -> T {
 /// Prior variance of the table's error at a flow (steps).
 pub(super) fn belief<T: Real>(flow: T) -> T {
     T::splat(NODE_BELIEF * NODE_BELIEF) * (flow * flow)
+}
+
+/// Prior variance (squared steps) of a node's departure.
+pub(super) fn prior<T: Real>(node: usize) -> T {
+    belief(start(node))
 }
 
 /// No-load flow (steps) at a node.

@@ -105,7 +105,10 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 asymmetry: of(curve.asymmetry),
                 asymmetry_deviation: of(self.curve.asymmetry_deviation(curve)),
                 departures: curve.departures.map(|departure| of(departure) * step),
-                departure_deviations: state.curve.nodes.variances.map(|variance| of(variance.sqrt()) * step),
+                departure_deviations: self
+                    .curve
+                    .departure_variances(&state.curve.nodes.variances, &curve.departures)
+                    .map(|variance| of(variance.sqrt()) * step),
                 error: of(self.curve.mean_square(curve).sqrt()) * step,
             },
         }
@@ -182,8 +185,10 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 })
             };
             evidence.curve.departures = steps(&curve.departures);
+            let stated = steps(&curve.departure_deviations).map(|deviation: T| deviation * deviation);
+            let most = T::splat(MOST_LEFT_OUT);
             state.curve.nodes.variances =
-                steps(&curve.departure_deviations).map(|deviation: T| deviation * deviation);
+                self.curve.filter_variances(&stated, &evidence.curve.departures, most);
             let error = of(curve.error * per_step);
             let asymmetry = [of(curve.asymmetry), of(curve.asymmetry_deviation)];
             let of_null = of(d.null_offset * d.null_offset);

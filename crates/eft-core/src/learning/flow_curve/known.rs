@@ -1,6 +1,8 @@
-//! What is known of asymmetry and null offset: their standard deviations, and sums that give known values.
+//! What is known of asymmetry, null offset and departures: their standard deviations, and sums that give known values.
 
 use super::{CurveEvidence, CurveState, Direction, FIRST_ERRORS, FlowCurve, GAIN_BELIEF, NULL_BELIEF};
+use crate::compensation::NODES;
+use crate::learning::curve_nodes::{DEPARTURE, NODE_BELIEF, prior};
 use crate::learning::tuning::BISECTIONS;
 use crate::number::Real;
 
@@ -11,6 +13,55 @@ impl<T: Real> FlowCurve<T> {
         let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
         let [back, forth] = evidence.directions.each_ref().map(|d| variance / (d.flows + belief));
         T::splat(0.5) * (back + forth).sqrt()
+    }
+
+    /// Variances (squared steps) of the departures: of the filter's estimate, and of the curve's bend between the nodes. The
+    /// filters have these `variances`.
+    pub(in crate::learning) fn departure_variances(
+        &self,
+        variances: &[T; NODES],
+        departures: &[T; NODES],
+    ) -> [T; NODES] {
+        core::array::from_fn(|node| {
+            let variance = variances.get(node).copied().unwrap_or_default();
+            let all = self.scatter(variance, prior(node)) + bend(departures, node);
+            let most = T::splat((DEPARTURE / NODE_BELIEF) * (DEPARTURE / NODE_BELIEF)) * prior(node);
+            if all < most { all } else { most }
+        })
+    }
+
+    /// The filters' variances that give these `stated` ones. The bend has at most the share `most` (1) of one.
+    pub(in crate::learning) fn filter_variances(
+        &self,
+        stated: &[T; NODES],
+        departures: &[T; NODES],
+        most: T,
+    ) -> [T; NODES] {
+        core::array::from_fn(|node| {
+            let all = stated.get(node).copied().unwrap_or_default();
+            let (bend, most) = (bend(departures, node), most * all);
+            self.filtered(all - if bend < most { bend } else { most }, prior(node))
+        })
+    }
+
+    /// Variance of an estimate from the variance `P` and the prior `P₀` of its filter, which counts `n` windows as one. After
+    /// `N` windows with independent errors of variance `r` it has `1/P = 1/P₀ + N/(n·r)`. Of the prior's error the share
+    /// `P/P₀` remains. The windows add `N·r·(P/(n·r))²`, which is `(P - P²/P₀)/n`.
+    fn scatter(&self, variance: T, prior: T) -> T {
+        let left = if prior > T::splat(0.0) { variance * variance / prior } else { T::splat(0.0) };
+        left + (variance - left) / self.correlation
+    }
+
+    /// The filter's variance for this variance of its estimate.
+    fn filtered(&self, variance: T, prior: T) -> T {
+        let (zero, one, two) = (T::splat(0.0), T::splat(1.0), T::splat(2.0));
+        if !(prior > zero) {
+            return zero;
+        }
+        let linear = one / self.correlation;
+        let root = (linear * linear + two * two * (one - linear) / prior * variance).sqrt();
+        let found = two * variance / (linear + root);
+        if found < prior { found } else { prior }
     }
 
     /// Variance of the null offset in use (1) by noise, and the error (1) of the null offset per relative error of the
@@ -73,5 +124,17 @@ impl<T: Real> FlowCurve<T> {
             Direction { flows, flow_errors, slopes, slope_errors, ..Direction::default() }
         };
         evidence.directions = [of(one - asymmetry), of(one + asymmetry)];
+    }
+}
+
+/// Square of the largest error (steps) by the curve's bend beside a node. With a given second difference of the nodes a
+/// curve is farthest from the straight pieces if it bends at one flow midway, by a quarter of the difference.
+fn bend<T: Real>(departures: &[T; NODES], node: usize) -> T {
+    match departures.get(node.wrapping_sub(1)..node.wrapping_add(2)) {
+        Some([below, here, above]) => {
+            let quarter = T::splat(0.25) * (*below + *above - *here - *here);
+            quarter * quarter
+        }
+        _ => T::splat(0.0),
     }
 }

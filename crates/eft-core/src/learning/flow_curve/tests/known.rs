@@ -1,7 +1,9 @@
-//! Standard deviations of asymmetry and null offset, and the sums that give known ones.
+//! Standard deviations of asymmetry, null offset and departures, and the sums that give known ones.
 
 use super::super::{CurveEvidence, CurveSample, CurveState, Direction, FlowCurve};
 use super::{CURVE, Learned};
+use crate::compensation::NODES;
+use crate::learning::curve_nodes::prior;
 
 /// Relative difference.
 fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
@@ -110,4 +112,54 @@ fn a_window_that_agrees_with_what_is_known_changes_nothing() {
     }
     CURVE.update(&mut l.state, &mut l.evidence);
     near("asymmetry", l.evidence.asymmetry, 0.05, 1e-6);
+}
+
+#[test]
+fn a_departure_errs_by_its_prior_and_by_independent_errors_of_the_windows() {
+    let (node, at, noise) = (11, 3.0, 2e-3);
+    let (mut l, mut error) = (Learned::default(), prior::<f64>(node));
+    for _ in 0..400 {
+        // The filter counts thirty windows as one.
+        let given = [30.0 * noise, 0.0];
+        l.state.nodes.depart(&mut l.evidence.departures, node, [at, 0.0], given);
+        let share = l.state.nodes.variances[node] / (30.0 * noise);
+        error = (1.0 - share) * (1.0 - share) * error + share * share * noise;
+    }
+    let found = CURVE.departure_variances(&l.state.nodes.variances, &l.evidence.departures);
+    near("variance", found[node], error, 1e-9);
+    // A node that was never visited has its prior.
+    near("prior", found[node + 1], prior(node + 1), 1e-12);
+    assert!(found[node] < 0.3 * l.state.nodes.variances[node]);
+}
+
+#[test]
+fn a_departure_errs_by_a_quarter_of_the_second_difference_of_the_nodes_up_to_its_bound() {
+    let mut departures = [0.0; NODES];
+    departures[10..13].copy_from_slice(&[0.02, 0.05, 0.03]);
+    let found = CURVE.departure_variances(&[0.0; NODES], &departures);
+    near("bend", found[11], (0.25 * 0.05_f64).powi(2), 1e-12);
+    near("straight on one side", found[9], (0.25 * 0.02_f64).powi(2), 1e-12);
+    // A departure is at most a fifth of its flow.
+    departures[9..12].copy_from_slice(&[-0.6, 0.6, -0.6]);
+    let found = CURVE.departure_variances(&[0.0; NODES], &departures);
+    near("bound", found[10], 0.4 * 0.4, 1e-12);
+    assert_eq!(found[8].to_bits(), 0, "no flow, no departure");
+}
+
+#[test]
+fn variances_of_the_filters_give_the_stated_ones() {
+    let mut departures = [0.0; NODES];
+    departures[12] = 0.04;
+    let stated = core::array::from_fn(|node| 0.3 * prior::<f64>(node));
+    let variances = CURVE.filter_variances(&stated, &departures, 0.98);
+    let again = CURVE.departure_variances(&variances, &departures);
+    for (found, expected) in again.into_iter().zip(stated) {
+        near("stated", found, expected, 1e-9);
+    }
+    // The bend alone would be more than what is stated here.
+    let exact = CURVE.filter_variances(&[1e-6; NODES], &departures, 0.98);
+    assert!(exact[12] > 0.0 && exact[12] < 1e-6);
+    // Nothing is known worse than at the start.
+    let unknown = CURVE.filter_variances(&[1.0; NODES], &departures, 0.98);
+    near("prior", unknown[10], prior(10), 1e-12);
 }
