@@ -180,6 +180,21 @@ fn nothing_is_learned_without_motion_or_with_the_key_off() {
     );
 }
 
+#[test]
+fn a_null_bias_is_found_and_is_no_asymmetry() {
+    for bias in [-0.015, 0.015] {
+        let changes = [set("compensation.curve_correction", true), set("truth.servovalve.null_bias", bias)];
+        let run = run(&adaptive(&changes), &sweep(8900.0));
+        let found = run.calibration.as_ref().unwrap();
+        keep(
+            format_args!("null bias {bias}"),
+            &[("null offset", found.null_offset), ("asymmetry", found.curve.asymmetry)],
+        );
+        assert!((found.null_offset / bias - 1.0).abs() < 0.01, "{bias}: {}", found.null_offset);
+        assert!(found.curve.asymmetry.abs() < 1e-3, "{bias}: {}", found.curve.asymmetry);
+    }
+}
+
 // In the linear scheme the flow gain is that of a straight line, so the table must not change.
 #[test]
 fn the_linear_scheme_finds_no_table() {

@@ -62,15 +62,15 @@ integrity!(FlowCurve<T>: grid, forgotten, average, correlation, change, null_cha
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 struct Direction<T> {
-    /// Sums of the table's slope squared, slope times flow, and slope times error.
+    /// Sums of the table's slope squared, slope times instrument, and slope times error.
     slopes: T,
-    slope_flows: T,
+    slope_instruments: T,
     slope_errors: T,
     /// Sums of the instrument times flow, and of the instrument times error.
     flows: T,
     flow_errors: T,
 }
-integrity!(Direction<T>: slopes, slope_flows, slope_errors, flows, flow_errors);
+integrity!(Direction<T>: slopes, slope_instruments, slope_errors, flows, flow_errors);
 
 /// The part of the curve's state in a checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -241,7 +241,7 @@ impl<T: Real> FlowCurve<T> {
         // The null offset in use changes faster as well, so it is added back.
         let error = s.passed + evidence.null * s.slope - T::splat(1.0 - shared) * s.departures - flow;
         d.slopes = keep * d.slopes + s.slope * s.slope;
-        d.slope_flows = keep * d.slope_flows + s.slope * flow;
+        d.slope_instruments = keep * d.slope_instruments + s.slope * instrument;
         d.slope_errors = keep * d.slope_errors + s.slope * error;
         d.flows = keep * d.flows + instrument * flow;
         d.flow_errors = keep * d.flow_errors + instrument * error;
@@ -268,12 +268,12 @@ impl<T: Real> FlowCurve<T> {
         let (gain_weight, offset_weight) = (weight(GAIN_BELIEF), weight(NULL_BELIEF));
         let parts = |d: &Direction<T>| {
             let per = one / (d.flows + gain_weight);
-            let share = d.slope_flows * per;
+            let share = d.slope_instruments * per;
             (
                 d.flow_errors * per,
                 share,
                 d.slope_errors - share * d.flow_errors,
-                d.slopes - share * d.slope_flows,
+                d.slopes - share * d.slope_instruments,
             )
         };
         let [back, forth] = &evidence.directions;

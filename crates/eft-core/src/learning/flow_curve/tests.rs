@@ -131,6 +131,21 @@ fn known_values_stay_without_new_windows() {
 }
 
 #[test]
+fn a_null_offset_is_no_asymmetry_where_the_instrument_leads_the_flow() {
+    let (mut l, null) = (Learned::default(), 0.02);
+    for n in 0..8000_u32 {
+        let [flow, ahead] = [0.0, 0.2].map(|lead| 0.05 * (0.05 * f64::from(n) + lead).sin());
+        let passed = flow + null - l.evidence.null;
+        // A linear valve, so the commanded opening is the flow that the instrument leads by.
+        let sample = CURVE.sample(&l.evidence, flow, [passed, 1.0], [ahead - passed, 0.0]);
+        CURVE.learn(&mut l.state, &mut l.evidence, &sample, 1.0, 1.0);
+        CURVE.update(&mut l.state, &mut l.evidence);
+    }
+    let (asymmetry, offset) = (l.evidence.asymmetry, l.state.offset);
+    assert!(asymmetry.abs() < 3e-3 && (offset - null).abs() < 1e-2 * null, "{asymmetry} {offset}");
+}
+
+#[test]
 fn map_increases_whatever_was_learned() {
     // A decreasing curve, which a table cannot have.
     let state = learned(7.0, 0.0, |flow| if flow.abs() < 3.0 { 2.0 * flow } else { 0.3 * flow });

@@ -34,9 +34,9 @@ fn near(what: &str, found: f64, expected: f64) {
 /// Evidence without a zero.
 fn evidence() -> CurveEvidence<f64> {
     let back =
-        Direction { slopes: 700.0, slope_flows: -90.0, slope_errors: 4.0, flows: 50.0, flow_errors: -3.0 };
+        Direction { slopes: 700.0, slope_instruments: -90.0, slope_errors: 4.0, flows: 50.0, flow_errors: -3.0 };
     let forth =
-        Direction { slopes: 800.0, slope_flows: 70.0, slope_errors: 9.0, flows: 60.0, flow_errors: 5.0 };
+        Direction { slopes: 800.0, slope_instruments: 70.0, slope_errors: 9.0, flows: 60.0, flow_errors: 5.0 };
     CurveEvidence {
         directions: [back, forth],
         asymmetry: 0.05,
@@ -133,7 +133,7 @@ fn the_sums_of_a_direction_forget_a_share_of_the_flow_gains_forgetting() {
 }
 
 #[test]
-fn a_direction_sums_products_of_slope_flow_and_error() {
+fn a_direction_sums_products_of_slope_instrument_flow_and_error() {
     for (direction, sign) in [(0, -1.0), (1, 1.0)] {
         let mut learned = evidence();
         let [demand, instrument, passed] = [3.4, 3.5, 3.7].map(|flow| sign * flow);
@@ -147,7 +147,7 @@ fn a_direction_sums_products_of_slope_flow_and_error() {
         // Without the null offset in use and half of the departures.
         let error = passed + 3e-3 * 8.0 - 0.5 * 0.06 - flow;
         near("slopes", after.slopes, 0.9 * before.slopes + 64.0);
-        near("slopes × flows", after.slope_flows, 0.9 * before.slope_flows + 8.0 * flow);
+        near("slopes × instruments", after.slope_instruments, 0.9 * before.slope_instruments + 8.0 * instrument);
         near("slopes × errors", after.slope_errors, 0.9 * before.slope_errors + 8.0 * error);
         near("instruments × flows", after.flows, 0.9 * before.flows + instrument * flow);
         near("instruments × errors", after.flow_errors, 0.9 * before.flow_errors + instrument * error);
@@ -201,9 +201,9 @@ fn normal_equations(learned: &CurveEvidence<f64>, variance: f64) -> ([f64; 3], f
     let [back, forth] = &learned.directions;
     let (of_gain, of_offset) = (variance / 9e-4, variance / 1e-4);
     let rows = [
-        [back.flows + of_gain, 0.0, back.slope_flows],
-        [0.0, forth.flows + of_gain, forth.slope_flows],
-        [back.slope_flows, forth.slope_flows, back.slopes + forth.slopes + of_offset],
+        [back.flows + of_gain, 0.0, back.slope_instruments],
+        [0.0, forth.flows + of_gain, forth.slope_instruments],
+        [back.slope_instruments, forth.slope_instruments, back.slopes + forth.slopes + of_offset],
     ];
     let errors = [back.flow_errors, forth.flow_errors, back.slope_errors + forth.slope_errors];
     let [_, _, per_variance] = solution(rows, [0.0, 0.0, 1.0]);
