@@ -198,6 +198,7 @@ macro_rules! constructor {
                         forgotten: (t::MEMORY / t::DIRECTION_MEMORY) as $t,
                         average: (period / t::CURVE_AVERAGE) as $t,
                         correlation: (t::CURVE_CORRELATION / period) as $t,
+                        disturbance: (t::DISTURBANCE / period) as $t,
                         change: (2.0 * t::FLOW_GAIN_RATE * period) as $t,
                         null_change: (2.0 * t::NULL_RATE * period) as $t,
                         drift: (t::CURVE_DRIFT * t::CURVE_DRIFT * period) as $t,

@@ -108,6 +108,20 @@ impl<T: Real> Deviation<T> {
         self.mean_correlation * evidence.spool_errors / evidence.time
     }
 
+    /// Mean square (1) of the spool's residual that the valve model does not explain by twice its systematic error, at the
+    /// motion's mean-square frequency (1/s²). A disturbance of the spool's sensor causes it.
+    pub(super) fn of_sensor(&self, evidence: &Evidence<T>, square: T, valve: &GainAndDelay<T>) -> T {
+        let [[openings, _], _] = evidence.valve.matrix;
+        let of_model = T::splat(2.0) * self.of_spool(square, valve);
+        let beyond = evidence.spool_errors - of_model * of_model * openings;
+        if beyond > T::splat(0.0) { beyond / evidence.time } else { T::splat(0.0) }
+    }
+
+    /// Systematic error of the valve model (1) relative to the spool's motion.
+    fn of_spool(&self, square: T, valve: &GainAndDelay<T>) -> T {
+        self.of_phase * square * valve.delay.value * valve.delay.value
+    }
+
     /// The systematic errors at the motion's mean-square frequency (1/s²). `not_late` (s²) is the square of
     /// [`late`](Self::late), times the square of the share of leakage and oil in the flow.
     pub(super) fn left_out(
@@ -117,9 +131,8 @@ impl<T: Real> Deviation<T> {
         flow: &GainAndDelay<T>,
         valve: &GainAndDelay<T>,
     ) -> LeftOut<T> {
-        let response = valve.delay.value;
-        let of_spool = self.of_phase * square * response * response;
-        let (of_gain, of_response) = (of_spool * valve.gain.value, of_spool * response);
+        let of_spool = self.of_spool(square, valve);
+        let (of_gain, of_response) = (of_spool * valve.gain.value, of_spool * valve.delay.value);
         let leak = not_late * self.leaks(square);
         LeftOut {
             flow_gain: square * leak * flow.gain.value * flow.gain.value,

@@ -49,13 +49,15 @@ pub(crate) struct FlowCurve<T> {
     pub(crate) average: T,
     /// Number of windows for which an error lasts; together they count as one.
     pub(crate) correlation: T,
+    /// Number of windows for which a disturbance of the spool's sensor may be in phase with the motion.
+    pub(crate) disturbance: T,
     /// Largest changes of asymmetry (1) and null offset (1) in an update.
     pub(crate) change: T,
     pub(crate) null_change: T,
     /// Growth of a departure's variance in a window that moves it, over the square of the node's flow.
     pub(crate) drift: T,
 }
-integrity!(FlowCurve<T>: grid, forgotten, average, correlation, change, null_change, drift);
+integrity!(FlowCurve<T>: grid, forgotten, average, correlation, disturbance, change, null_change, drift);
 
 /// Sums over the windows of one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -108,8 +110,10 @@ pub(crate) struct CurveState<T> {
     variance: T,
     /// Distance of the last results of asymmetry and null offset beyond their bounds (1).
     pub(crate) beyond: T,
+    /// Mean square (1) of a disturbance of the spool's sensor.
+    pub(crate) disturbance: T,
 }
-integrity!(CurveState<T>: nodes, offset, variance, beyond);
+integrity!(CurveState<T>: nodes, offset, variance, beyond, disturbance);
 
 /// A window's data for the correction; flows are divided by the flow gain.
 #[derive(Debug, Clone, Copy)]
@@ -137,6 +141,7 @@ impl<T: Real> Default for CurveState<T> {
             offset: zero,
             variance: T::splat(NULL_BELIEF * NULL_BELIEF),
             beyond: zero,
+            disturbance: zero,
         }
     }
 }
@@ -185,7 +190,9 @@ impl<T: Real> FlowCurve<T> {
         flow_gain: T,
         keep: T,
     ) {
-        let variance = self.observe(state, evidence, s);
+        // A tone is in phase with the motion for longer than other errors last.
+        let disturbance = self.disturbance * (s.slope * s.slope * state.disturbance);
+        let variance = self.observe(state, evidence, s) + disturbance;
         // Only accepted windows show the offset of the spool's sensor.
         evidence.readings = (T::splat(1.0) - self.average) * evidence.readings + T::splat(1.0);
         evidence.sensor = evidence.sensor + (s.reading - evidence.sensor) / evidence.readings;

@@ -288,14 +288,15 @@ impl<T: Real, const N: usize> Learner<T, N> {
             self.flow.priors.solve(&mut state.flow, &state.evidence.flow);
             self.valve.priors.solve(&mut state.valve.found, &state.evidence.valve);
         }
+        let square = self.valve.mean_square_frequency(&state.evidence.valve);
         // Curve and standard deviations change slowly, so each is updated in every other window.
         if window.number.is_multiple_of(2) {
-            let square = self.valve.mean_square_frequency(&state.evidence.valve);
             state.deviations = self.deviations(state, square);
+            state.curve.disturbance = self.deviation.of_sensor(&state.evidence, square, &state.valve.found);
         } else if self.corrects {
             self.curve.update(&mut state.curve, &mut state.evidence.curve);
         }
-        self.calibration(state, window.number)
+        self.calibration(state, window.number, square)
     }
 
     /// No-load flow (m³/s) that a calibration's valve passes at a spool opening (1): the table's, corrected and times `θ`.
@@ -351,11 +352,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
         self.deviation.of(&state.evidence, square, flow, valve, of_null)
     }
 
-    pub(super) fn calibration(&self, state: &LearnerState<T>, window: u32) -> Calibration<T> {
+    /// The calibration of a window, at the motion's mean-square frequency (1/s²).
+    pub(super) fn calibration(&self, state: &LearnerState<T>, window: u32, square: T) -> Calibration<T> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
         let (flow, valve) = (&state.flow, &state.valve.found);
         let (level, null) = (state.guard.level, state.evidence.curve.null);
-        let square = self.valve.mean_square_frequency(&state.evidence.valve);
         let lead = self.valve.lead(valve, square, flow.delay.value, level);
         // Without estimates the configured network stays as it is, and only its level changes.
         let lead =

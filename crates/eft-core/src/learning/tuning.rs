@@ -55,6 +55,8 @@ pub(crate) const DIRECTION_MEMORY: f64 = 5.0;
 pub(crate) const CURVE_AVERAGE: f64 = 4.0;
 /// Assumed duration (s) of an error of the flow curve: half a period of a tone of some hertz.
 pub(crate) const CURVE_CORRELATION: f64 = 0.12;
+/// Time (s) for which a disturbance of the spool's sensor may be in phase with the motion.
+pub(crate) const DISTURBANCE: f64 = 2.0;
 /// Drift of a node over its own flow (1/√s of motion in the adjacent pieces).
 pub(crate) const CURVE_DRIFT: f64 = 0.016;
 

@@ -13,6 +13,7 @@ const CURVE: FlowCurve<f64> = FlowCurve {
     forgotten: 0.05,
     average: 1e-3,
     correlation: 30.0,
+    disturbance: 500.0,
     change: 0.01,
     null_change: 0.01,
     drift: 1e-6,

@@ -22,6 +22,7 @@ const CURVE: FlowCurve<f64> = FlowCurve {
     forgotten: 0.0,
     average: 1e-3,
     correlation: 30.0,
+    disturbance: 500.0,
     change: 1.0,
     null_change: 1.0,
     drift: 0.0,

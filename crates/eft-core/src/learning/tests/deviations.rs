@@ -82,6 +82,16 @@ fn systematic_errors_are_those_of_the_stated_equations() {
 }
 
 #[test]
+fn a_disturbance_of_the_spools_sensor_is_what_exceeds_twice_the_models_error() {
+    let of_model = 2.0 * 0.45 * SQUARE * 7e-3 * 7e-3;
+    let residual = |errors: f64| Evidence { spool_errors: errors, ..evidence() };
+    let found = |errors: f64| DEVIATION.of_sensor(&residual(errors), SQUARE, &valve());
+    // The squares of the openings are 0.4, and the time is 2.5 s.
+    near("beyond", found(of_model * of_model * 0.4 + 6e-4), 6e-4 / 2.5);
+    assert_eq!(found(0.99 * of_model * of_model * 0.4).to_bits(), 0);
+}
+
+#[test]
 fn leakage_and_oil_are_late_by_the_velocitys_delay_and_half_a_sample() {
     near("late", DEVIATION.late(&flow()), 3e-3 + 2e-3);
 }

@@ -224,7 +224,7 @@ fn a_known_null_offset_is_added_unless_the_force_loop_integrates() {
         let rig = Parameters { integral_gain, realization, learning, ..RIG };
         let learner = Learner::<f64, 21>::new(&rig).unwrap();
         let known = deviations(&learner, 4e-7, [5e-3, 4e-3]);
-        let found = learner.calibration(&started(&learner, known, 0.01), 0);
+        let found = learner.calibration(&started(&learner, known, 0.01), 0, 0.0);
         // The force loop turns 1 V of compensation into G_p·K_s of opening.
         let expected = if added { 0.01 / (rig.proportional_gain * rig.valve_gain) } else { 0.0 };
         near("null offset", found.null_offset, 0.01, 1e-12);

@@ -182,7 +182,7 @@ fn the_correction_acts_from_the_first_calibration_on() {
     let given = saved(MOTION);
     let (learner, state) = (learner(), started(&given));
     let step = 536.2 * 1.6387064e-5 / 7.0;
-    let calibration = learner.calibration(&state, 0);
+    let calibration = learner.calibration(&state, 0, 0.0);
     for node in 1..PIECES {
         let demand = (node as f64 - 8.0) * step;
         let table = demand + 0.05 * demand.abs() + given.curve.departures[node];

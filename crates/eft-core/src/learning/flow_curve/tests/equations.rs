@@ -9,6 +9,7 @@ const CURVE: FlowCurve<f64> = FlowCurve {
     forgotten: 0.25,
     average: 0.125,
     correlation: 30.0,
+    disturbance: 500.0,
     change: 1.0,
     null_change: 1.0,
     drift: 1e-3,
@@ -33,10 +34,20 @@ fn near(what: &str, found: f64, expected: f64) {
 
 /// Evidence without a zero.
 fn evidence() -> CurveEvidence<f64> {
-    let back =
-        Direction { slopes: 700.0, slope_instruments: -90.0, slope_errors: 4.0, flows: 50.0, flow_errors: -3.0 };
-    let forth =
-        Direction { slopes: 800.0, slope_instruments: 70.0, slope_errors: 9.0, flows: 60.0, flow_errors: 5.0 };
+    let back = Direction {
+        slopes: 700.0,
+        slope_instruments: -90.0,
+        slope_errors: 4.0,
+        flows: 50.0,
+        flow_errors: -3.0,
+    };
+    let forth = Direction {
+        slopes: 800.0,
+        slope_instruments: 70.0,
+        slope_errors: 9.0,
+        flows: 60.0,
+        flow_errors: 5.0,
+    };
     CurveEvidence {
         directions: [back, forth],
         asymmetry: 0.05,
@@ -108,12 +119,15 @@ fn the_sensors_offset_is_a_mean_of_the_readings() {
 #[test]
 fn a_window_moves_the_two_nodes_beside_its_instrument() {
     let (mut now, mut learned) = (state(), evidence());
+    let disturbance = 1e-4;
+    now.disturbance = disturbance;
     CURVE.learn(&mut now, &mut learned, &SAMPLE, 1.1, 0.9);
+    let noise = CURVE.variance(&learned) + 500.0 * 64.0 * disturbance;
     let (mut nodes, mut departures) = (state().nodes, evidence().departures);
     let measured = [SAMPLE.instrument, 0.2 - 2e-3 * 8.0];
     // The instrument is between the third and the fourth node after the one at zero.
     for node in [11, 12] {
-        nodes.depart(&mut departures, node, measured, [CURVE.variance(&learned), CURVE.drift]);
+        nodes.depart(&mut departures, node, measured, [noise, CURVE.drift]);
     }
     for (node, (found, expected)) in learned.departures.iter().zip(departures).enumerate() {
         near("departure", *found, expected);
@@ -147,7 +161,11 @@ fn a_direction_sums_products_of_slope_instrument_flow_and_error() {
         // Without the null offset in use and half of the departures.
         let error = passed + 3e-3 * 8.0 - 0.5 * 0.06 - flow;
         near("slopes", after.slopes, 0.9 * before.slopes + 64.0);
-        near("slopes × instruments", after.slope_instruments, 0.9 * before.slope_instruments + 8.0 * instrument);
+        near(
+            "slopes × instruments",
+            after.slope_instruments,
+            0.9 * before.slope_instruments + 8.0 * instrument,
+        );
         near("slopes × errors", after.slope_errors, 0.9 * before.slope_errors + 8.0 * error);
         near("instruments × flows", after.flows, 0.9 * before.flows + instrument * flow);
         near("instruments × errors", after.flow_errors, 0.9 * before.flow_errors + instrument * error);

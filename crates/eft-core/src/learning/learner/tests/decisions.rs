@@ -112,7 +112,7 @@ fn lost_valve_commands_hold_off_at_once_if_the_valve_is_estimated() {
 #[test]
 fn a_hold_off_is_flagged_as_frozen_adaptation() {
     let learner = slow();
-    let calibration = |state: &LearnerState<f64>| learner.calibration(state, 0);
+    let calibration = |state: &LearnerState<f64>| learner.calibration(state, 0, 0.0);
     let flagged = |state: &LearnerState<f64>| calibration(state).status & status::ADAPTATION_FROZEN != 0;
     assert!(flagged(&hold_off(4, 1, 0, &learner)));
     assert!(!flagged(&hold_off(4, 0, 0, &learner)));
@@ -121,7 +121,7 @@ fn a_hold_off_is_flagged_as_frozen_adaptation() {
     let guard = Learner::<f64, 3>::new(&Parameters { learning, ..RIG }).unwrap();
     let held = hold_off(4, 1, 0, &guard);
     assert!(held.gate.is_held_off());
-    assert_eq!(guard.calibration(&held, 0).status, 0);
+    assert_eq!(guard.calibration(&held, 0, 0.0).status, 0);
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn a_checkpoint_is_made_at_its_interval() {
 fn flags_report_a_lower_level_and_estimates_at_their_bounds() {
     let learner = learner(true);
     let rest = learner.at_rest();
-    let status = |state: &LearnerState<f64>| learner.calibration(state, 0).status;
+    let status = |state: &LearnerState<f64>| learner.calibration(state, 0, 0.0).status;
     assert_eq!(status(&rest), 0);
     let mut lower = rest;
     lower.guard.level = 0.999;
@@ -203,7 +203,7 @@ fn a_calibration_has_the_estimates() {
     (state.flow.gain.value, state.flow.delay.value) = (1.25, 3e-3);
     (state.valve.found.gain.value, state.valve.found.delay.value) = (0.8, 7e-3);
     (state.evidence.curve.null, state.guard.level) = (0.03, 0.9);
-    let c = learner.calibration(&state, 77);
+    let c = learner.calibration(&state, 77, 0.0);
     assert_eq!(c.window, 77);
     near("flow gain", c.flow_gain, 1.25);
     near("its reciprocal", c.per_flow_gain, 0.8);
@@ -224,7 +224,7 @@ fn a_guard_alone_keeps_the_configured_network() {
     let guard = Learner::<f64, 3>::new(&Parameters { learning, ..RIG }).unwrap();
     let mut state = guard.at_rest();
     (state.guard.level, state.flow.delay.value) = (0.9, 3e-3);
-    let c = guard.calibration(&state, 0);
+    let c = guard.calibration(&state, 0, 0.0);
     near("gain", c.lead.gain(), 0.9 * guard.lead.gain());
     near("pole", c.lead.pole(), guard.lead.pole());
     near("rate", c.lead.rate(), guard.lead.rate());
