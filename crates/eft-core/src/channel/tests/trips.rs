@@ -46,11 +46,12 @@ fn after_a_trip_a_share_of_the_velocity_is_compensated_and_with_an_open_loop_tha
     let spool = FlowTable::<f64, 21>::new(rig.openings, rig.flows).unwrap().opening(rig.piston_area * 0.1);
     let moves =
         Input { command: 0.0, velocity: 0.1, force: 0.0, spool, displacement: 0.0, ..Input::default() };
-    // The brake removes a fifth times its share, which is a 2048th in the first tick of a ramp of half a second.
-    let closed = 0.95 - 0.95 * 0.2 / 2048.0;
+    // The brake removes a fifth times its share. In the first tick of a ramp of half a second this is a 2048th, and a 410th
+    // in the shorter one after a force level.
+    let closed = |ticks: f64| 0.95 - 0.95 * 0.2 / ticks;
     for (cause, opens, share) in [
-        (Cause::Request, false, closed),
-        (Cause::ForceLevel, false, closed),
+        (Cause::Request, false, closed(2048.0)),
+        (Cause::ForceLevel, false, closed(410.0)),
         (Cause::ForceLost, true, 0.93),
         // The velocity may be wrong, so the displacement is followed. It is at rest.
         (Cause::ForceLevel, true, 0.0),
