@@ -23,7 +23,7 @@ from eft.benchmark import Case, drawn_cases
 from eft.benchmark._excitations import within_the_rig
 
 LABORATORY = Path(__file__).parent / "data" / "safety_laboratory.csv"
-SEED, COUNT = 2612, 1000
+SEED, COUNT = 2613, 1000
 DURATION = 10.0
 """Duration (s) of a test."""
 LOOPS: dict[str, dict[str, object]] = {
@@ -39,8 +39,8 @@ MARGIN = 1.5
 """Levels over the largest expected values."""
 LARGEST_LEVELS = {"force": 78e3, "displacement": 0.126, "velocity": 1.5}
 SMALLEST_LEVELS = {"force": 10e3, "displacement": 0.02, "velocity": 0.1}
-UNSTABLE = 1.0
-"""Force error (rms over rms) without protection above which a loop counts as unstable."""
+OIL_COLUMN = 30.0
+"""Frequency (Hz) below that of every oil column, and above that of every specimen."""
 
 
 def specimen(case: Case, test: str) -> eft.Rig:
@@ -94,18 +94,19 @@ def protected(number: int, case: Case) -> tuple[eft.Rig, eft.Command, str, str]:
     return rig.replace(changes), forces, test, loop
 
 
+def unstable(rig: eft.Rig) -> bool:
+    """Whether the linear model of the true loop has an unstable oil column."""
+    modes = eft.linearize(rig, sampled=True).modes()
+    return bool(((modes.pole.real > 0.0) & (modes.frequency > OIL_COLUMN)).any())
+
+
 def sound(count: int, seed: int) -> Iterator[dict[str, object]]:
-    """One row per test without a fault: its trip's cause, and whether it is unstable or out of range."""
+    """One row per test without a fault: its cause, and whether loop and range explain it."""
     cases = drawn_cases(count, seed)
 
     def judged(number: int) -> dict[str, object]:
         rig, forces, test, loop = protected(number, cases[number])
         run = eft.simulate(rig, forces)
-        cause = run.cause.name.lower()
-        unstable = False
-        if cause != "none":
-            free = eft.simulate(rig.replace({"protection.enabled": False}), forces)
-            unstable = not free.metrics(fft=False).nrmse <= UNSTABLE
         ended = any(safety.largest(getattr(run, name)) > limit for name, limit in random_rigs.RANGES.items())
         drawn = cases[number].drawn
         return {
@@ -113,8 +114,8 @@ def sound(count: int, seed: int) -> Iterator[dict[str, object]]:
             "test": test,
             "loop": loop,
             "latency_difference": drawn["velocity_delay"] - drawn["displacement_delay"],
-            "cause": cause,
-            "unstable": int(unstable),
+            "cause": run.cause.name.lower(),
+            "unstable": int(unstable(rig)),
             "out_of_range": int(ended),
         }
 

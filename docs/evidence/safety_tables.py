@@ -140,17 +140,15 @@ def report(folder: Path) -> None:
     rows = read(LABORATORY)
     by_level = sum(row["cause"].endswith("_level") for row in rows)
     alarms = [row for row in rows if row["cause"] != "none" and not row["cause"].endswith("_level")]
-    unstable = [row for row in alarms if row["unstable"] == "1"]
+    unstable = [row for row in rows if row["unstable"] == "1"]
+    swings = [row for row in alarms if row["unstable"] == "1"]
     false = [row for row in alarms if row["unstable"] == "0" and row["out_of_range"] == "0"]
     designed = [row for row in rows if row["loop"] == "designed"]
     wrong = [row for row in false if row["loop"] == "designed"]
     text = (
         f"Of {len(rows)} tests on laboratory rigs, {by_level} trip by a level. In {len(alarms)} measurements "
-    )
-    text += (
-        f"disagree. In {len(unstable)} of these the loop is unstable without the protection as well. False "
-    )
-    text += (
-        f"alarms: {len(false)}, and {len(wrong)} among the {len(designed)} tests with the designed loop.\n"
+        f"disagree, and in {len(swings)} of these the oil column is unstable. "
+        f"False alarms: {len(false)}, and {len(wrong)} among the {len(designed)} tests with the designed "
+        f"loop. The oil column is unstable in {len(unstable)} of all tests.\n"
     )
     write_text(folder / "safety_laboratory.md", text)
