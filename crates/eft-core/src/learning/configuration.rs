@@ -2,7 +2,7 @@
 
 use crate::compensation::{CurveGrid, LeadNetwork};
 use crate::error::{ConfigError, LARGEST, check, positive, within};
-use crate::learning::band_filter::BandFilter;
+use crate::learning::band_filter::{BandFilter, end_taps};
 use crate::learning::deviation::Deviation;
 use crate::learning::flow::FlowEstimator;
 use crate::learning::flow_curve::FlowCurve;
@@ -145,6 +145,7 @@ macro_rules! constructor {
                 let longest = if highest > nominal { highest } else { nominal };
                 let alpha = check!(decaying(p.lead_alpha, longest + velocity_delay + lag * nominal, sample));
                 let low_pass = share(tau * t::LOW_PASS, period);
+                let ends = end_taps(tau * t::MAINS * period);
                 let grid = CurveGrid::over(p.greatest_flow());
                 let mut learner = Self {
                     adapts: l.adaptive,
@@ -160,6 +161,7 @@ macro_rules! constructor {
                     lead: network,
                     null_gain: if p.integrates() { 0.0 } else { network.gain() },
                     filter: BandFilter {
+                        taps: [ends as $t, (1.0 - 2.0 * ends) as $t],
                         low_pass: low_pass as $t,
                         high_pass: share(tau * t::HIGH_PASS, period) as $t,
                     },
