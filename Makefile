@@ -35,7 +35,7 @@ RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -
 MSRV = $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 .NOTPARALLEL:
-.PHONY: help demo test test-rust test-python lint lint-rust lint-python firmware boards prove mutants coverage bench docs explore dist dist-check release-check build msrv clean
+.PHONY: help demo test test-rust test-python test-documents lint lint-rust lint-python firmware boards prove mutants coverage bench docs explore dist dist-check release-check build msrv clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -45,7 +45,7 @@ demo: $(VENV)/.built ## Run the paper's tests: a table, figures and a report (DE
 
 build: $(VENV)/.built ## Build the package into .venv, optimized
 
-test: $(VENV)/.made ## Build and run every host test
+test: $(VENV)/.made ## Build and run every host test of the code; `make docs` tests what the documents say
 	# The packages for the Python tests are downloaded while Rust compiles.
 	$(MAKE) --no-print-directory $(VENV)/.packages & packages=$$!; \
 	  $(MAKE) --no-print-directory test-rust && wait $$packages
@@ -57,6 +57,9 @@ test-rust:
 
 test-python: $(VENV)/.importable $(VENV)/.extra-test
 	$(PY) -m pytest $(PYTEST_ARGS)
+
+test-documents: $(VENV)/.importable $(VENV)/.extra-test
+	$(PY) -m pytest $(PYTEST_ARGS) tests/documents
 
 lint: lint-rust lint-python ## Formatting, clippy, rustdoc, licences, ruff, mypy, stubs against the module, misspelt names
 
@@ -101,7 +104,7 @@ bench: $(VENV)/.built $(VENV)/.extra-bench ## Measure: criterion, and the packag
 	$(PY) benches/peers/run.py benches/results.json
 	$(PY) benches/peers/page.py benches/results.json docs/evidence
 
-docs: $(VENV)/.built $(VENV)/.extra-docs ## Build the documentation, warnings are errors; with the page of `make explore` where it was made
+docs: $(VENV)/.built $(VENV)/.extra-docs test-documents ## Test what documents, examples and studies say, and build the documentation, warnings are errors; with the page of `make explore` where it was made
 	$(PY) docs/reference/generate.py
 	$(PY) docs/evidence/generate.py
 	$(PY) docs/pictures.py

@@ -3,10 +3,8 @@
 import importlib.util
 import io
 import random
-import re
 import sys
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -284,12 +282,3 @@ def test_an_fmu_holds_the_libraries_of_a_release(monkeypatch, tmp_path):
     (tmp_path / "eft_fmu-x86_64-windows.dll").unlink()
     with pytest.raises(ValueError, match=r"must be made on Linux .* this is win32 on"):
         eft.firmware.export(DIGITAL, "fmu")
-
-
-def test_the_page_s_loop_runs(capsys):
-    page = (Path(__file__).resolve().parents[2] / "docs/how-to/fmu.md").read_text(encoding="utf-8")
-    code, printed = re.findall(
-        r"^```(?:\{code-block\} python|text)\n(.*?)^```$", page, re.MULTILINE | re.DOTALL
-    )
-    exec(compile(code, "fmu.md", "exec"), {})
-    assert capsys.readouterr().out == printed

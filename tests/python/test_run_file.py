@@ -2,7 +2,6 @@
 
 import json
 import pickle
-import re
 from pathlib import Path
 
 import numpy as np
@@ -80,14 +79,6 @@ def test_a_saved_run_says_where_it_comes_from(tmp_path):
     back = eft.TestRun.load(run.save(path))
     np.testing.assert_array_equal(back.mass, [7e3, 8e3])
     assert back.actuator(1).mass == 8e3 and back.energy == run.energy
-
-
-def test_the_page_on_files_has_every_key_of_the_origin(tmp_path, run):
-    with np.load(run.save(tmp_path / "run.eft"), allow_pickle=False) as archive:
-        about = json.loads(str(archive["about"]))
-    page = Path(__file__).parents[2] / "docs" / "reference" / "python" / "files.md"
-    table = page.read_text(encoding="utf-8").split("| key | content |")[1].split("\n\n")[0]
-    assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == list(about)
 
 
 def test_saving_over_a_file_leaves_the_old_one_when_it_fails(tmp_path, run, monkeypatch):

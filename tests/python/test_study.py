@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -189,16 +188,3 @@ def test_the_repr_tells_how_it_went():
     assert repr(eft.study(RIG, COMMAND, GRID)) == (
         "<eft.Study over compensation.mode, servovalve.flow_gain_scale: 6 completed>"
     )
-
-
-def test_the_page_shows_every_column_as_it_is():
-    page = (Path(__file__).resolve().parents[2] / "docs" / "how-to" / "studies.md").read_text(
-        encoding="utf-8"
-    )
-    types = {"int": "int64", "flags": "uint32", "float": "double", "str": "string"}
-    adaptive = {"compensation.adaptive": [False, True]}
-    shown = [c for c in eft.study(RIG, COMMAND, adaptive).columns if c.name not in adaptive]
-    assert len(shown) == len(eft.study(RIG, COMMAND, [{}]).columns) + 12
-    for column in shown:
-        unit = f" {column.unit} " if column.unit else " "
-        assert f"| `{column.name}` | {types[column.type]} |{unit}| {column.doc} |" in page

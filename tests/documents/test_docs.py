@@ -83,7 +83,7 @@ def test_the_collector_sees_blocks_lines_and_output():
     assert blocks(text) == [Block(3, "print(1)\n", "1\n"), Block(14, commands=ran)]
 
 
-COMMANDS_ELSEWHERE = {"how-to/data-sheet.md"}  # test_story.py, which compares their answers with the page
+COMMANDS_ELSEWHERE = {"how-to/data-sheet.md"}  # test_data_sheet_page.py compares their answers
 
 
 @pytest.mark.parametrize("page", WITH_CODE, ids=name)
@@ -115,7 +115,7 @@ NOT_RUN = {
     ("how-to/firmware-zephyr.md", "{code-block} sh"),  # there is no Zephyr
     ("how-to/release.md", "{code-block} sh"),  # it publishes
     ("how-to/cluster.md", "{code-block} python"),  # there is no SLURM, and the page says so
-    ("how-to/fmu.md", "{code-block} python"),  # test_fmu.py, where FMPy is installed
+    ("how-to/fmu.md", "{code-block} python"),  # test_statements.py, where FMPy is installed
     ("how-to/fmu.md", "text"),  # what it prints
     ("tutorial/explore.md", "{code-block} python"),  # test_explore_widget.py makes the widget
     ("how-to/opensees.md", "{code-block} python"),  # test_opensees.py, where OpenSees is installed
