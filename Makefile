@@ -32,10 +32,13 @@ PAGE := python/eft/data/explore.html
 RUST_SOURCES := $(shell find src crates \( -name '*.rs' -o -name Cargo.toml -o -name build.rs \) -not -path '*/target/*' -not -path 'crates/*/tests/*') \
   Cargo.toml Cargo.lock
 
+# Outside of the workspace.
+HEADER := crates/eft-ffi/header
+
 MSRV = $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 .NOTPARALLEL:
-.PHONY: help demo test test-rust test-python test-documents lint lint-rust lint-python firmware boards prove mutants coverage bench docs explore dist dist-check release-check build msrv clean
+.PHONY: help demo test test-rust test-python test-documents lint lint-rust lint-python header firmware boards prove mutants coverage bench docs explore dist dist-check release-check build msrv clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -61,12 +64,14 @@ test-python: $(VENV)/.importable $(VENV)/.extra-test
 test-documents: $(VENV)/.importable $(VENV)/.extra-test
 	$(PY) -m pytest $(PYTEST_ARGS) tests/documents
 
-lint: lint-rust lint-python ## Formatting, clippy, rustdoc, licences, ruff, mypy, stubs against the module, misspelt names
+lint: lint-rust lint-python ## Formatting, clippy, rustdoc, licences, the C header against the sources, ruff, mypy, stubs against the module, misspelt names
 
-lint-rust: $(VENV)/.made
+lint-rust: $(VENV)/.made header
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 	$(CARGO) clippy --locked --package eft-core --all-targets --features defmt,serde -- -D warnings
+	$(CARGO) fmt --check --manifest-path $(HEADER)/Cargo.toml
+	$(CARGO) clippy --locked --manifest-path $(HEADER)/Cargo.toml --target-dir target/header -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps --quiet
 	.ci/licences
 
@@ -76,6 +81,9 @@ lint-python: $(VENV)/.importable $(VENV)/.extra-lint $(VENV)/.extra-test
 	$(BIN)/mypy
 	$(PY) -m mypy.stubtest eft._native
 	$(PY) -m pytest tests/python/misspelt.py
+
+header: ## Compare the C header with the sources; `EFT_WRITE_HEADER=1 make header` writes it
+	$(CARGO) run --quiet --locked --manifest-path $(HEADER)/Cargo.toml --target-dir target/header
 
 msrv: ## Check eft-core alone with the oldest Rust that its manifest promises, and test its optional features
 	rustup run "$(MSRV)" cargo check --locked --package eft-core --target-dir target/msrv

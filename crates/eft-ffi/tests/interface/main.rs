@@ -6,7 +6,5 @@ mod contexts;
 #[cfg(not(miri))]
 mod header;
 mod integrity;
-#[cfg(not(miri))]
-mod layout;
 mod refusals;
 mod rig;
