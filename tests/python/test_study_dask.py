@@ -3,6 +3,7 @@
 import os
 import signal
 
+import dask
 import distributed
 import pytest
 
@@ -19,8 +20,10 @@ SAMPLER = eft.studies.LatinHypercube(
 @pytest.fixture(scope="module")
 def client():
     with (
+        # The scheduler may try this long to fetch a row from a worker that has just been killed.
+        dask.config.set({"distributed.comm.timeouts.connect": "5s"}),
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=None
+            n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=":0"
         ) as cluster,
         distributed.Client(cluster, timeout="60s") as client,
     ):
