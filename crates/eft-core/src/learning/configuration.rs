@@ -151,7 +151,10 @@ macro_rules! constructor {
                 let low_pass = share(tau * t::LOW_PASS, period);
                 let ends = end_taps(tau * t::MAINS * period);
                 let grid = CurveGrid::over(p.greatest_flow());
-                let mut learner = Self {
+                // Made before the learner, which is then built in its place: the stack holds no second learner.
+                let mut model = FlowModel::<$t, N>::EMPTY;
+                check!(model.fill(p));
+                Ok(Self {
                     adapts: l.adaptive,
                     corrects: l.adaptive && l.curve_correction && !matches!(p.mode, Mode::Linear),
                     guards: l.guard,
@@ -161,7 +164,7 @@ macro_rules! constructor {
                     flow_gain: flow_gain as $t,
                     flow_per_force: leak as $t,
                     flow_per_change: volume as $t,
-                    model: FlowModel::<$t, N>::EMPTY,
+                    model,
                     lead: network,
                     null_gain: if p.integrates() { 0.0 } else { network.gain() },
                     filter: BandFilter {
@@ -234,9 +237,7 @@ macro_rules! constructor {
                         correction: (period / t::GUARD_TIME) as $t,
                         lowest: t::LOWEST_LEVEL as $t,
                     },
-                };
-                check!(learner.model.fill(p));
-                Ok(learner)
+                })
             }
         }
     };
