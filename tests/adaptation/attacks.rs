@@ -15,12 +15,12 @@ fn nothing_is_learned_in_minutes_without_motion() {
     let changes = [noise(7), vec![flow_gain(1.07)]].concat();
     for curve in EITHER {
         let rig = correcting(curve, &changes);
-        let run_ = run(&rig, &command(&[&moving, &silence, &moving]));
+        let (moved, silent) = (run(&rig, &command(&[&moving])), run(&rig, &command(&[&moving, &silence])));
         let (before, after) = (32 * 4096 + 4096, (32 + 180) * 4096 - 1);
-        let (gain, delay) = (run_.flow_gain_estimate().samples(), run_.response_delay_estimate().samples());
+        let (gain, delay) =
+            (silent.flow_gain_estimate().samples(), silent.response_delay_estimate().samples());
         assert!((gain[after] - gain[before]).abs() < 1e-3, "{} {}", gain[before], gain[after]);
         assert!((delay[after] - delay[before]).abs() < 1e-4, "{} {}", delay[before], delay[after]);
-        let (moved, silent) = (run(&rig, &command(&[&moving])), run(&rig, &command(&[&moving, &silence])));
         for (a, b) in moved.found_flows.iter().zip(&silent.found_flows) {
             assert!((a - b).abs() <= 2e-3 * a.abs(), "{a} {b}");
         }
