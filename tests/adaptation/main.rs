@@ -11,4 +11,3 @@ mod rigs;
 mod self_calibration;
 mod sensor_faults;
 mod structures;
-mod tones;
