@@ -1,12 +1,8 @@
 //! A flow table of wrong shape, by direction and by band of opening, which one flow gain cannot correct.
 
-use std::f64::consts::TAU;
-
-use eft::core::{Input, status};
-use eft::sim::closed_loop::{PlantStepper, RigChannel, parameters};
+use eft::core::status;
+use eft::sim::TestRun;
 use eft::sim::excitation::Command;
-use eft::sim::metrics::fft_ratio;
-use eft::sim::{SimulateOptions, TestRun};
 use toml::Value;
 
 use crate::results::keep;
@@ -196,34 +192,6 @@ fn a_null_bias_is_found_and_is_no_asymmetry() {
         );
         assert!((found.null_offset / bias - 1.0).abs() < 0.01, "{bias}: {}", found.null_offset);
         assert!(found.curve.asymmetry.abs() < 1e-3, "{bias}: {}", found.curve.asymmetry);
-    }
-}
-
-/// Least and largest force over command of a sweep, with a tone of 6 Hz and 0.5 % on the reading of the spool.
-fn with_a_tone_on_the_spool(amplitude: f64) -> (f64, f64) {
-    let changes = [set("compensation.curve_correction", true), set("controller.realization", "digital")];
-    let (rig, sweep) = (adaptive(&[&changes[..], &noise(1)].concat()), sweep(amplitude));
-    let mut plant = PlantStepper::new(&rig, RATE, &SimulateOptions::default()).unwrap();
-    let mut controller = RigChannel::<f64>::new(&parameters(&rig, RATE).unwrap(), None).unwrap();
-    let step = |(n, command): (usize, &f64)| {
-        let now = plant.readings()[0];
-        let spool = now.spool + 5e-3 * (TAU * 6.0 * n as f64 / RATE).sin();
-        let input =
-            Input { command: *command, velocity: now.velocity, force: now.force, spool, ..Input::default() };
-        plant.step(&[controller.step(&input).voltage]).unwrap();
-        now.force
-    };
-    let force: Vec<f64> = sweep.values.iter().enumerate().map(step).collect();
-    let ratio = fft_ratio(&sweep.values, &force, RATE, 0.5, 9.5).unwrap();
-    (ratio.min().0, ratio.max().0)
-}
-
-#[test]
-fn a_tone_on_the_spools_sensor_hardly_changes_the_curve() {
-    for (amplitude, lowest, highest) in [(2200.0, 0.93, 1.07), (8900.0, 0.96, 1.04)] {
-        let (least, largest) = with_a_tone_on_the_spool(amplitude);
-        keep(format_args!("tone on the spool, {amplitude} N"), &[("least", least), ("largest", largest)]);
-        assert_within(&format!("{amplitude} N"), (least, largest), lowest, highest);
     }
 }
 

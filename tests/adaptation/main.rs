@@ -11,3 +11,4 @@ mod rigs;
 mod self_calibration;
 mod sensor_faults;
 mod structures;
+mod tones;

@@ -2,7 +2,7 @@
 
 use crate::compensation::{CurveGrid, LeadNetwork};
 use crate::error::{ConfigError, LARGEST, check, positive, within};
-use crate::learning::band_filter::BandFilter;
+use crate::learning::band_filter::{BandFilter, end_taps};
 use crate::learning::deviation::Deviation;
 use crate::learning::flow::FlowEstimator;
 use crate::learning::flow_curve::FlowCurve;
@@ -51,12 +51,16 @@ const fn share(corner: f64, period: f64) -> f64 {
     angle / (1.0 + 0.5 * angle)
 }
 
-/// Variance (1) of noise of variance 1 after two equal low-passes with this coefficient: the sum of the squares of their
-/// impulse response.
-const fn noise_passed(share: f64) -> f64 {
-    let kept = (1.0 - share) * (1.0 - share);
-    let rest = 1.0 - kept;
-    share * share * share * share * (1.0 + kept) / (rest * rest * rest)
+/// Variance (1) of noise of variance 1 after three symmetric taps with these end taps and the sum 1, and two equal low-passes with
+/// this coefficient. It follows from the autocovariance of noise after the low-passes.
+const fn noise_passed(ends: f64, share: f64) -> f64 {
+    let (middle, pole) = (1.0 - 2.0 * ends, 1.0 - share);
+    let (kept, rest) = (pole * pole, 1.0 - pole * pole);
+    let after_low_passes = share * share * share * share * (1.0 + kept) / (rest * rest * rest);
+    let of_one_step = pole * (1.0 + rest / (1.0 + kept));
+    let of_two_steps = kept * (1.0 + 2.0 * rest / (1.0 + kept));
+    let taps = 2.0 * ends * ends + middle * middle;
+    after_low_passes * (taps + 4.0 * ends * middle * of_one_step + 2.0 * ends * ends * of_two_steps)
 }
 
 /// Refuses bounds without a value between them.
@@ -145,6 +149,7 @@ macro_rules! constructor {
                 let longest = if highest > nominal { highest } else { nominal };
                 let alpha = check!(decaying(p.lead_alpha, longest + velocity_delay + lag * nominal, sample));
                 let low_pass = share(tau * t::LOW_PASS, period);
+                let ends = end_taps(tau * t::MAINS * period);
                 let grid = CurveGrid::over(p.greatest_flow());
                 // Made before the learner, which is then built in its place: the stack holds no second learner.
                 let mut model = FlowModel::<$t, N>::EMPTY;
@@ -163,6 +168,7 @@ macro_rules! constructor {
                     lead: network,
                     null_gain: if p.integrates() { 0.0 } else { network.gain() },
                     filter: BandFilter {
+                        taps: [ends as $t, (1.0 - 2.0 * ends) as $t],
                         low_pass: low_pass as $t,
                         high_pass: share(tau * t::HIGH_PASS, period) as $t,
                     },
@@ -181,7 +187,7 @@ macro_rules! constructor {
                         settling: windows(t::SETTLING, period),
                     },
                     deviation: Deviation {
-                        correlation: (period / noise_passed(low_pass)) as $t,
+                        correlation: (period / noise_passed(ends, low_pass)) as $t,
                         mean_correlation: (0.5 * t::CURVE_CORRELATION / t::CURVE_AVERAGE) as $t,
                         per_square_flow: (1.0 / (flow_gain * flow_gain)) as $t,
                         half_sample: (0.5 * sample) as $t,

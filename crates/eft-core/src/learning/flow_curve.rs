@@ -258,13 +258,15 @@ impl<T: Real> FlowCurve<T> {
         evidence.common = flow_gain * evidence.instrument_departures / flows;
     }
 
-    /// Updates asymmetry, null offset, and two nodes for the tick.
+    /// Updates asymmetry and null offset.
     pub(crate) fn update(&self, state: &mut CurveState<T>, evidence: &mut CurveEvidence<T>) {
         let variance = self.variance(evidence);
         self.solve(state, evidence, variance);
-        for _ in 0..2 {
-            state.nodes.refresh_next(&evidence.departures, evidence.asymmetry, self.grid.step);
-        }
+    }
+
+    /// Updates a node for the tick.
+    pub(crate) fn refresh(&self, state: &mut CurveState<T>, evidence: &CurveEvidence<T>) {
+        state.nodes.refresh_next(&evidence.departures, evidence.asymmetry, self.grid.step);
     }
 
     /// Finds the common offset and the gain of each direction by least squares. Asymmetry and null offset in use follow

@@ -296,6 +296,9 @@ impl<T: Real, const N: usize> Learner<T, N> {
         } else if self.corrects {
             self.curve.update(&mut state.curve, &mut state.evidence.curve);
         }
+        if self.corrects {
+            self.curve.refresh(&mut state.curve, &state.evidence.curve);
+        }
         self.calibration(state, window.number, square)
     }
 

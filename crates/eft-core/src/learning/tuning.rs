@@ -1,7 +1,9 @@
 //! Constants of the learner that no user sets, found on the paper's rig with sensor noise of about 0.05 % of range.
 
-/// Corner of the estimators' two equal low-passes (Hz).
-pub(crate) const LOW_PASS: f64 = 12.0;
+/// Zero of the estimators' filter (Hz) between the mains' 50 and 60 Hz, nearer to the one that the oil column amplifies more.
+pub(crate) const MAINS: f64 = 58.0;
+/// Corner of the estimators' two equal low-passes (Hz). With the zero they pass as much noise as 12 Hz without it.
+pub(crate) const LOW_PASS: f64 = 13.0;
 /// Corner of the estimators' high-pass (Hz).
 pub(crate) const HIGH_PASS: f64 = 0.1;
 /// Shortest memory (s), at strong motion.

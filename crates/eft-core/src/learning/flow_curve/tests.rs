@@ -41,6 +41,7 @@ fn learned(swing: f64, offset: f64, true_flow: impl Fn(f64) -> f64) -> Learned {
         let sample = CURVE.sample(&l.evidence, true_flow(table), passed, [0.0; 2]);
         CURVE.learn(&mut l.state, &mut l.evidence, &sample, 1.0, 0.984);
         CURVE.update(&mut l.state, &mut l.evidence);
+        CURVE.refresh(&mut l.state, &l.evidence);
     }
     l
 }
@@ -123,6 +124,7 @@ fn known_values_stay_without_new_windows() {
         let found = noise + per_gain * per_gain * of_gain * of_gain;
         assert!((found / variance - 1.0).abs() < 1e-6, "{found}, not {variance}");
         CURVE.update(&mut l.state, &mut l.evidence);
+        CURVE.refresh(&mut l.state, &l.evidence);
     }
     // A window without an error displaces a thousandth of the mean square, less for the ten windows of the start.
     let sample = CurveSample { error: 0.0, slope: 0.0, ..CURVE.sample(&l.evidence, 1.0, [1.0; 2], [0.0; 2]) };
@@ -141,6 +143,7 @@ fn a_null_offset_is_no_asymmetry_where_the_instrument_leads_the_flow() {
         let sample = CURVE.sample(&l.evidence, flow, [passed, 1.0], [ahead - passed, 0.0]);
         CURVE.learn(&mut l.state, &mut l.evidence, &sample, 1.0, 1.0);
         CURVE.update(&mut l.state, &mut l.evidence);
+        CURVE.refresh(&mut l.state, &l.evidence);
     }
     let (asymmetry, offset) = (l.evidence.asymmetry, l.state.offset);
     assert!(asymmetry.abs() < 3e-3 && (offset - null).abs() < 1e-2 * null, "{asymmetry} {offset}");

@@ -49,6 +49,7 @@ fn learn(
             let sample = CURVE.sample(&untouched, taken, passed, [-left, 0.0]);
             CURVE.learn(state, evidence, &sample, 1.0, 1.0);
             CURVE.update(state, evidence);
+            CURVE.refresh(state, evidence);
         }
     }
 }
@@ -67,6 +68,7 @@ fn null_by_gain(change: f64) -> [f64; 2] {
         let sample = CURVE.sample(&evidence, flow, [measured, gain], readings);
         CURVE.learn(&mut state, &mut evidence, &sample, 1.0, 1.0);
         CURVE.update(&mut state, &mut evidence);
+        CURVE.refresh(&mut state, &evidence);
     }
     let [_, per_gain] = CURVE.null_errors(&state, &evidence, 1.0);
     [evidence.null, per_gain]

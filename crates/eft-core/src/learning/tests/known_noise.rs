@@ -100,12 +100,15 @@ fn a_fiftieth_of_a_variance_remains_noise() {
 }
 
 #[test]
-fn noise_is_correlated_for_the_time_of_two_low_passes() {
+fn noise_is_correlated_for_the_time_of_taps_and_two_low_passes() {
     let learner = learner();
-    // White noise through two low-passes: its variance is the sum of the squares of the impulse response.
-    let (share, mut variance) = (learner.filter.low_pass, 0.0);
-    for n in 0..2000_u32 {
-        let response = f64::from(n + 1) * share * share * libm::pow(1.0 - share, f64::from(n));
+    // White noise through the filter: its variance is the sum of the squares of the impulse response.
+    let (share, [ends, middle], mut variance) = (learner.filter.low_pass, learner.filter.taps, 0.0);
+    let after = |n: i32| {
+        if n < 0 { 0.0 } else { f64::from(n + 1) * share * share * libm::pow(1.0 - share, f64::from(n)) }
+    };
+    for n in 0..2000 {
+        let response = ends * (after(n) + after(n - 2)) + middle * after(n - 1);
         variance += response * response;
     }
     near("correlation", learner.deviation.correlation, learner.gate.period / variance, 1e-9);

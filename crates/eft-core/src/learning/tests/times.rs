@@ -18,7 +18,7 @@ fn times_and_rates_do_not_depend_on_the_sample_rate() {
             ("memory of the directions (s)", period / gate.forgotten / curve.forgotten, 5.0),
             ("average of the gate (s)", time(gate.average), 0.03),
             ("time of a rate of opening (s)", libm::sqrt(gate.change_weight) * period, 0.1),
-            ("low-passes (Hz)", hertz(filter.low_pass), 12.0),
+            ("low-passes (Hz)", hertz(filter.low_pass), 13.0),
             ("high-pass (Hz)", hertz(filter.high_pass), 0.1),
             ("average of the curve's errors (s)", period / curve.average, 4.0),
             ("duration of a curve's error (s)", period * curve.correlation, 0.12),

@@ -89,6 +89,7 @@ fn the_variance_of_a_known_null_offset_is_noise_and_the_late_gain() {
             let [noise, per_gain] = CURVE.null_errors(&l.state, &l.evidence, 9.0);
             near("variance", noise + (per_gain * of_gain) * (per_gain * of_gain), all, 1e-6);
             CURVE.update(&mut l.state, &mut l.evidence);
+            CURVE.refresh(&mut l.state, &l.evidence);
         }
         assert!(of_gain > 0.0 || (l.state.variance / all - 1.0).abs() < 1e-6, "only noise");
     }
@@ -111,6 +112,7 @@ fn a_window_that_agrees_with_what_is_known_changes_nothing() {
         FlowCurve::gather(&mut l.evidence, &sample, 1.1, 1.0);
     }
     CURVE.update(&mut l.state, &mut l.evidence);
+    CURVE.refresh(&mut l.state, &l.evidence);
     near("asymmetry", l.evidence.asymmetry, 0.05, 1e-6);
 }
 

@@ -120,6 +120,7 @@ fn the_correction_learns_from_flows_at_no_load() {
     let passed = [GREATEST * measured, 1.25 * GREATEST];
     let sample = learner.curve.sample(&evidence, taken, passed, [ahead, 0.25 - 1.25 * 0.5]);
     learner.curve.learn(&mut nodes, &mut evidence, &sample, 1.5, 1.0);
+    learner.curve.refresh(&mut nodes, &evidence);
     assert_eq!((state.curve, state.evidence.curve), (nodes, evidence));
 }
 
