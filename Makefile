@@ -49,9 +49,10 @@ demo: $(VENV)/.built ## Run the paper's tests: a table, figures and a report (DE
 build: $(VENV)/.built ## Build the package into .venv, optimized
 
 test: $(VENV)/.made ## Build and run every host test of the code; `make docs` tests what the documents say
-	# The packages for the Python tests are downloaded while Rust compiles.
+	# The packages for the Python tests are downloaded while Rust compiles. The extension comes first: its dependencies
+	# compile beside eft-sim, and the Rust tests then find both built.
 	$(MAKE) --no-print-directory $(VENV)/.packages & packages=$$!; \
-	  $(MAKE) --no-print-directory test-rust && wait $$packages
+	  $(MAKE) --no-print-directory $(VENV)/.extension test-rust && wait $$packages
 	$(MAKE) --no-print-directory test-python
 
 test-rust:
@@ -155,12 +156,17 @@ $(VENV)/.made:
 
 $(VENV)/.built: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
 	$(BIN)/maturin develop --release --locked
-	@touch $@ $(VENV)/.importable
+	@touch $(VENV)/.extension $(VENV)/.importable $@
 
-# For imports only: in the profile of the Rust tests, whose libraries it shares, unless an optimized one exists.
-$(VENV)/.importable: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
-	$(BIN)/maturin develop --locked
+# For imports only: in the profile of the Rust tests, whose libraries it shares, unless an optimized one exists. Built, but
+# not installed: installation calls pip, and `make test` has one at work beside it.
+$(VENV)/.extension: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
+	$(BIN)/maturin develop --locked --skip-install
 	@rm -f $(VENV)/.built
+	@touch $@
+
+$(VENV)/.importable: $(VENV)/.extension
+	$(BIN)/maturin develop --locked
 	@touch $@
 
 $(VENV)/.packages: $(VENV)/.made pyproject.toml
