@@ -59,6 +59,8 @@ test-rust:
 	# With eft-py, which has no Rust tests, so that the crates have the features of the extension and are built once.
 	$(CARGO) test --locked --workspace --exclude eft-benches
 
+# The tests already run on all processors. More threads for small matrices would only wait for each other.
+test-python: export OPENBLAS_NUM_THREADS := 1
 test-python: $(VENV)/.importable $(VENV)/.extra-test
 	$(PY) -m pytest $(PYTEST_ARGS)
 
