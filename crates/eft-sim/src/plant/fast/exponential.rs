@@ -110,13 +110,11 @@ impl<S: Num> Exponential<S> {
         drive: &impl Drive<S>,
         grid: TimeGrid,
     ) -> FastState<S> {
-        let step = grid.step();
-        let state = self.step(state, &ahead, drive, 0.0, step);
         if grid.steps == 1 {
-            return state;
+            return self.step(state, &ahead, drive, 0.0, grid.step());
         }
-        let copies = (state, *drive);
-        self.more_steps(&copies, grid)
+        let copies = (state, ahead, *drive);
+        self.many_steps(&copies, grid)
     }
 
     /// The state one tick later by Runge–Kutta.
@@ -132,11 +130,16 @@ impl<S: Num> Exponential<S> {
         FastState { plant, memory }
     }
 
-    /// The steps of a tick after the first.
-    // A separate function, because with a loop here the values of the first step would not stay in registers.
+    /// All steps of a tick that has several.
+    // A separate function, because beside a loop the values of a single step would not stay in registers.
     #[inline(never)]
-    fn more_steps<D: Drive<S>>(&self, from: &(FastState<S>, D), grid: TimeGrid) -> FastState<S> {
-        S::dispatch(MoreSteps { integrator: self, state: from.0, drive: from.1, grid })
+    fn many_steps<D: Drive<S>>(
+        &self,
+        from: &(FastState<S>, Prediction<S>, D),
+        grid: TimeGrid,
+    ) -> FastState<S> {
+        let (state, ahead, drive) = *from;
+        S::dispatch(ManySteps { integrator: self, state, ahead, drive, grid })
     }
 
     #[inline(always)]
@@ -239,23 +242,26 @@ impl<S: Num> Exponential<S> {
     }
 }
 
-/// The steps of a tick after the first.
-struct MoreSteps<'a, S: Num, D> {
+/// All steps of a tick that has several.
+struct ManySteps<'a, S: Num, D> {
     integrator: &'a Exponential<S>,
     state: FastState<S>,
+    ahead: Prediction<S>,
     drive: D,
     grid: TimeGrid,
 }
 
-impl<S: Num, D: Drive<S>> Work for MoreSteps<'_, S, D> {
+impl<S: Num, D: Drive<S>> Work for ManySteps<'_, S, D> {
     type Output = FastState<S>;
 
     #[inline(always)]
     fn run(self) -> FastState<S> {
-        let Self { integrator, mut state, drive, grid } = self;
+        let Self { integrator, mut state, mut ahead, drive, grid } = self;
         let step = grid.step();
-        for n in 1..grid.steps {
-            let ahead = integrator.predict(&state);
+        for n in 0..grid.steps {
+            if n > 0 {
+                ahead = integrator.predict(&state);
+            }
             state = integrator.step(state, &ahead, &drive, f64::from(n) * step, step);
         }
         state
