@@ -121,7 +121,7 @@ pub(super) struct FloorRecorder<'a, S: Num> {
 
 impl<S: Num> Recorder<S> for FloorRecorder<'_, S> {
     #[inline(always)]
-    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &InUse<S>) {
+    fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>) {
         self.forces[i] = tick.force;
         self.displacements[i] = tick.plant.displacement;
         let (spool, most) = (tick.plant.spool.abs(), self.extremes.spool);

@@ -65,23 +65,26 @@ impl<S: Num, C: Scalar<Element: Precision>, K: Recorder<S>, const IDEAL: bool, c
         while done < self.ticks && state.is_bounded().all() {
             let command = self.commands[done];
             let next = self.commands.get(done + 1).copied().unwrap_or(command);
-            if !IDEAL && self.test.method == Method::RungeKutta {
-                let tick = self.test.sample::<IDEAL, LEARNS>(&mut state, command, next);
-                self.recorder.record(done, &tick, self.test.estimates());
-                self.test.advance_by_runge_kutta(&mut state, &tick.decision.driver);
-            } else if S::LANES == 1 {
+            let by_runge_kutta = !IDEAL && self.test.method == Method::RungeKutta;
+            let mut ahead = None;
+            if S::LANES == 1 && !by_runge_kutta {
                 // Only a short chain of operations waits for the controller's root and division; the other
                 // work runs meanwhile.
-                let ahead = self.test.look_ahead(&state);
-                let tick = self.test.sample::<IDEAL, LEARNS>(&mut state, command, next);
-                self.recorder.record(done, &tick, self.test.estimates());
-                self.test.advance(&mut state, ahead, &tick.decision.driver);
+                ahead = Some(self.test.look_ahead(&state));
+            }
+            let truth = self.test.signals::<IDEAL>(&state);
+            let decision = self.test.sample::<IDEAL, LEARNS>(&mut state, [command, next], &truth);
+            let tick = self.test.tick(&state, command, &truth, &decision);
+            self.recorder.record(done, &tick, self.test.estimates());
+            if by_runge_kutta {
+                self.test.advance_by_runge_kutta(&mut state, &decision.driver);
             } else {
                 // Several rigs side by side fill that time anyway; in this order they need fewer registers.
-                let tick = self.test.sample::<IDEAL, LEARNS>(&mut state, command, next);
-                self.recorder.record(done, &tick, self.test.estimates());
-                let ahead = self.test.look_ahead(&state);
-                self.test.advance(&mut state, ahead, &tick.decision.driver);
+                let ahead = match ahead {
+                    Some(ahead) => ahead,
+                    None => self.test.look_ahead(&state),
+                };
+                self.test.advance(&mut state, ahead, &decision.driver);
             }
             done += 1;
         }

@@ -6,11 +6,11 @@ use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
 use crate::closed_loop::estimates::InUse;
 use crate::closed_loop::method::Method;
-use crate::closed_loop::tick::Tick;
+use crate::closed_loop::tick::{Decision, Tick};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::lanes::Num;
-use crate::plant::{Driver, DriverKind, Exponential, FastState, Prediction, TimeGrid};
+use crate::plant::{Driver, DriverKind, Exponential, FastState, Prediction, Signals, TimeGrid};
 
 /// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
 pub(crate) struct FastLoop<S: Num, C: Scalar<Element: Precision>> {
@@ -84,23 +84,41 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
         self.digital.estimates()
     }
 
-    /// Samples, and returns the drive of the valve until the next tick. `next_command` is the command at that
-    /// tick. `IDEAL` and `LEARNS` must match the [`path`](Self::path).
+    /// The true signals in a state. `IDEAL` must match the [`path`](Self::path).
+    #[inline(always)]
+    pub(crate) fn signals<const IDEAL: bool>(&self, state: &LoopState<S, C>) -> Signals<S> {
+        let mut signals = self.plant.plant().signals(state.plant.plant());
+        if IDEAL {
+            // Nothing reads it, because these rigs have no accelerometer.
+            signals.acceleration = S::splat(0.0);
+        }
+        signals
+    }
+
+    /// Samples the true signals, and decides on the drive of the valve until the next tick. `next_command` is
+    /// the command at that tick. `IDEAL` and `LEARNS` must match the [`path`](Self::path).
     #[inline(always)]
     pub(crate) fn sample<const IDEAL: bool, const LEARNS: bool>(
         &mut self,
         state: &mut LoopState<S, C>,
+        [command, next_command]: [S; 2],
+        truth: &Signals<S>,
+    ) -> Decision<S> {
+        let feedback = FastFeedback { plant: &self.plant, state: &state.plant };
+        self.digital.sample::<IDEAL, LEARNS>(&mut state.digital, command, next_command, truth, &feedback)
+    }
+
+    /// The tick of a sample.
+    #[inline(always)]
+    pub(crate) fn tick<'a>(
+        &self,
+        state: &LoopState<S, C>,
         command: S,
-        next_command: S,
-    ) -> Tick<S> {
-        let now = &state.plant;
-        let blocks = self.plant.plant();
-        let truth = blocks.signals(now.plant());
-        let feedback = FastFeedback { plant: &self.plant, state: now };
-        let (digital, at) = (&mut self.digital, &mut state.digital);
-        let decision = digital.sample::<IDEAL, LEARNS>(at, command, next_command, truth, &feedback);
-        let force = blocks.force(now.plant());
-        Tick::new(command, *now.plant(), force, &truth, blocks.at_limits(now.plant()), decision)
+        truth: &Signals<S>,
+        decision: &'a Decision<S>,
+    ) -> Tick<'a, S> {
+        let (blocks, plant) = (self.plant.plant(), state.plant.plant());
+        Tick::new(command, *plant, blocks.force(plant), truth, blocks.at_limits(plant), decision)
     }
 
     /// The part of the step to the next tick that does not depend on the sample.
@@ -113,11 +131,11 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
     #[inline(always)]
     pub(crate) fn advance(&self, state: &mut LoopState<S, C>, ahead: Prediction<S>, driver: &Driver<S>) {
         let (plant, now, grid) = (&self.plant, state.plant, self.grid);
-        state.plant = match driver.kind {
-            DriverKind::Held => plant.advance(now, ahead, &driver.held, grid),
-            DriverKind::Analog => plant.advance(now, ahead, &driver.cell.analog(), grid),
-            DriverKind::ThroughCell => plant.advance(now, ahead, &driver.cell, grid),
-        };
+        match driver.kind {
+            DriverKind::Held => state.plant = plant.advance(now, ahead, &driver.held, grid),
+            DriverKind::Analog => state.plant = plant.advance(now, ahead, &driver.cell.analog(), grid),
+            DriverKind::ThroughCell => state.plant = plant.advance(now, ahead, &driver.cell, grid),
+        }
     }
 
     /// The same by Runge–Kutta.

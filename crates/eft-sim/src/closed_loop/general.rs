@@ -83,14 +83,14 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
             }
             let next = commands.get(i + 1).copied().unwrap_or(now);
             let feedback = ActuatorFeedback { plant, number };
-            let decision = digital.sample::<false, false>(state, now, next, truth, &feedback);
+            let decision = digital.sample::<false, false>(state, now, next, &truth, &feedback);
             if *protected {
                 let trips = |lane| decision.status.lane(lane) & status::TRIPPED != 0;
                 *tripped = *tripped | S::Mask::from_lanes(trips);
             }
             drivers.push(decision.driver);
             let (actuator, limits) = (plant.actuator(number), plant.at_limits(number));
-            let tick = Tick::new(now, actuator, plant.force(number), &truth, limits, decision);
+            let tick = Tick::new(now, actuator, plant.force(number), &truth, limits, &decision);
             recorder.record(i, &tick, digital.estimates());
         }
         match follower {

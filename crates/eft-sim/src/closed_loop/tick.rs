@@ -21,17 +21,17 @@ pub(crate) struct Decision<S: Num> {
 
 /// The true state at one tick, before the tick's output acts, and the result of the digital side.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tick<S: Num> {
+pub(crate) struct Tick<'a, S: Num> {
     pub(crate) command: S,
     pub(crate) plant: ActuatorState<S>,
     pub(crate) force: S,
     pub(crate) supply_pressure: S,
     pub(crate) acceleration: S,
-    pub(crate) decision: Decision<S>,
+    pub(crate) decision: &'a Decision<S>,
     pub(crate) status: S::Flags,
 }
 
-impl<S: Num> Tick<S> {
+impl<'a, S: Num> Tick<'a, S> {
     /// A tick from the command (N), the force (N) on the structure, and whether the spool is at a stop and
     /// the piston beyond its stroke.
     #[inline(always)]
@@ -41,7 +41,7 @@ impl<S: Num> Tick<S> {
         force: S,
         truth: &Signals<S>,
         (at_stop, beyond_stroke): (<S as Scalar>::Mask, <S as Scalar>::Mask),
-        decision: Decision<S>,
+        decision: &'a Decision<S>,
     ) -> Self {
         let limits = S::flag(at_stop, status::SPOOL_STOP) | S::flag(beyond_stroke, status::STROKE_EXCEEDED);
         Self {
@@ -59,12 +59,12 @@ impl<S: Num> Tick<S> {
 /// Records the ticks of a test.
 pub(crate) trait Recorder<S: Num> {
     /// Records the `i`-th tick of a chunk, and the learner's estimates at that tick.
-    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &InUse<S>);
+    fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>);
 }
 
 impl<S: Num, K: Recorder<S>> Recorder<S> for Box<K> {
     #[inline(always)]
-    fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &InUse<S>) {
+    fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>) {
         (**self).record(i, tick, estimates);
     }
 }

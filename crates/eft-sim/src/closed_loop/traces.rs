@@ -221,7 +221,7 @@ macro_rules! traces {
 
         impl<S: Num> Recorder<S> for Block<S> {
             #[inline(always)]
-            fn record(&mut self, i: usize, tick: &Tick<S>, estimates: &InUse<S>) {
+            fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>) {
                 $(if self.groups.$group {
                     $(self.$name[i] = { let $tick = tick; $value };)*
                 })*

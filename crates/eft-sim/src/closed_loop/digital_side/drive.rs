@@ -59,41 +59,42 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     pub(super) fn drive<const IDEAL: bool, const REMEMBERS: bool>(
         &mut self,
         out: Outputs<S>,
-        measured: Signals<S>,
+        measured: &Signals<S>,
         cell: CellReading<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
         let [command, next_command] = out.commands;
         let (output, clipped) =
             if IDEAL { (out.voltage, S::Flags::default()) } else { self.dac.convert(out.voltage) };
-        let (driver, valve_command, compensation) = if IDEAL || self.realization == Realization::Analog {
-            let mut rate = (next_command - command) * S::splat(self.sample_rate);
-            // Only a protection can open the loop.
-            let watched = !IDEAL && matches!(self.decides, Decides::Channels(..));
-            let is_open = |i: usize| watched && out.status.lane(i) & status::FORCE_LOOP_OPEN != 0;
-            let open = watched && (0..S::LANES).any(is_open);
-            let behind = if !open {
-                self.analog.at(command, rate, output).through((cell.gain, cell.offset))
-            } else {
-                // An open loop ignores the force error.
-                let of = |value: S| S::from_lanes(|i| if is_open(i) { 0.0 } else { value.lane(i) });
-                rate = of(rate);
-                self.analog.at(of(command), rate, output).through((of(cell.gain), of(cell.offset)))
-            };
-            if REMEMBERS {
-                self.before = Some([next_command, rate, output]);
-            }
-            let driver = if IDEAL {
-                Driver::analog(behind, true)
-            } else {
-                let whole = cell.ideal && out.authority.ge(S::splat(1.0)).all();
-                Driver::analog(behind.limited_to(out.authority), whole && !open)
-            };
-            (driver, if self.traces { plant.command(&driver) } else { S::splat(0.0) }, output)
+        if !IDEAL && self.realization == Realization::Digital {
+            let status = out.status | clipped;
+            let (compensation, driver) = (out.compensation, Driver::held(output));
+            return Decision { measured: *measured, valve_command: output, compensation, status, driver };
+        }
+        let mut rate = (next_command - command) * S::splat(self.sample_rate);
+        // Only a protection can open the loop.
+        let watched = !IDEAL && matches!(self.decides, Decides::Channels(..));
+        let is_open = |i: usize| watched && out.status.lane(i) & status::FORCE_LOOP_OPEN != 0;
+        let open = watched && (0..S::LANES).any(is_open);
+        let behind = if !open {
+            self.analog.at(command, rate, output).through((cell.gain, cell.offset))
         } else {
-            (Driver::held(output), output, out.compensation)
+            // An open loop ignores the force error.
+            let of = |value: S| S::from_lanes(|i| if is_open(i) { 0.0 } else { value.lane(i) });
+            rate = of(rate);
+            self.analog.at(of(command), rate, output).through((of(cell.gain), of(cell.offset)))
         };
+        if REMEMBERS {
+            self.before = Some([next_command, rate, output]);
+        }
+        let driver = if IDEAL {
+            Driver::analog(behind, true)
+        } else {
+            let whole = cell.ideal && out.authority.ge(S::splat(1.0)).all();
+            Driver::analog(behind.limited_to(out.authority), whole && !open)
+        };
+        let valve_command = if self.traces { plant.command(&driver) } else { S::splat(0.0) };
         let status = out.status | clipped;
-        Decision { measured, valve_command, compensation, status, driver }
+        Decision { measured: *measured, valve_command, compensation: output, status, driver }
     }
 }

@@ -110,24 +110,24 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         state: &mut ControllerState<C>,
         command: S,
         next_command: S,
-        mut truth: Signals<S>,
+        truth: &Signals<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
         let commands = [command, next_command];
         if !IDEAL {
-            return self.sample_with_all(state, &commands, &truth, plant);
+            return self.sample_with_all(state, &commands, truth, plant);
         }
-        let cell = CellReading::ideal();
+        let (mut measured, cell) = (*truth, CellReading::ideal());
         let stood = if LEARNS { self.stood::<true>(command, cell, plant) } else { S::splat(0.0) };
         // Both outputs stay in registers. The output of a function that is not inlined would be copied through
         // memory.
         let out = match &mut self.decides {
             Decides::Learning(learning) if LEARNS => {
-                learn::<true, S, C>(learning, &mut self.computation, commands, &mut truth, stood)
+                learn::<true, S, C>(learning, &mut self.computation, commands, &mut measured, stood)
             }
-            _ => self.control::<true>(state, commands, &truth),
+            _ => self.control::<true>(state, commands, &measured),
         };
-        self.drive::<true, LEARNS>(out, truth, cell, plant)
+        self.drive::<true, LEARNS>(out, &measured, cell, plant)
     }
 
     /// The same with every instrument and channel.
@@ -148,7 +148,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         &mut self,
         state: &mut ControllerState<C>,
         commands: [S; 2],
-        truth: Signals<S>,
+        truth: &Signals<S>,
         plant: &impl Feedback<S>,
     ) -> Decision<S> {
         let commands = match (&mut self.command_delay, self.realization) {
@@ -157,7 +157,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             // The force loop compares with a late reading, but the feedforward acts on the true force.
             (Some(delay), Realization::Digital) => [delay.pass(commands)[0], commands[1]],
         };
-        let (mut measured, cell) = self.measure(truth);
+        let (mut measured, cell) = self.measure(*truth);
         let stood = match self.decides {
             Decides::Learning(_) | Decides::Channels(..) => self.stood::<false>(commands[0], cell, plant),
             _ => S::splat(0.0),
@@ -178,7 +178,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             }
             Decides::Outside(_) => return self.ask(commands, measured),
         };
-        self.drive::<false, true>(out, measured, cell, plant)
+        self.drive::<false, true>(out, &measured, cell, plant)
     }
 
     /// The estimates that the controllers used at the last sample.
@@ -264,6 +264,6 @@ impl<S: Num, C: Scalar<Element: Precision>, F: Feedback<S>> Work for Sample<'_, 
 
     #[inline(always)]
     fn run(self) -> Decision<S> {
-        self.side.sample_here(self.state, *self.commands, *self.truth, self.plant)
+        self.side.sample_here(self.state, *self.commands, self.truth, self.plant)
     }
 }
