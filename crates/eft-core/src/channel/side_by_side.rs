@@ -87,6 +87,7 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
 
     /// Begins the next window, with the calibrations that the learners made from the closed one. Call it between two
     /// ticks. The calibrations take effect one window later.
+    #[inline(always)]
     pub fn publish<'a>(
         &self,
         state: &mut ChannelLanesState<S>,

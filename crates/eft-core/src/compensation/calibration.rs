@@ -1,7 +1,6 @@
 //! The learner's estimates, in the form that the tick uses.
 
 use crate::integrity::integrity;
-use core::array;
 
 use crate::compensation::{CurvePiece, LeadNetwork, PIECES, table_itself};
 use crate::error::{ConfigError, check, positive};
@@ -105,11 +104,18 @@ impl<S: Scalar> Calibration<S> {
     }
 
     /// Calibrations of single rigs in lanes, each of the same window.
+    #[inline(always)]
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a Calibration<S::Element>) -> Self
     where
         S::Element: 'a,
     {
         let of = |value: fn(&Calibration<S::Element>) -> S::Element| S::from_lanes(|i| value(lane(i)));
+        let mut curve = table_itself();
+        for (n, piece) in curve.iter_mut().enumerate() {
+            let of = |i: usize| lane(i).curve.get(n);
+            piece.offset = S::from_lanes(|i| of(i).map_or(S::Element::default(), |p| p.offset));
+            piece.slope = S::from_lanes(|i| of(i).map_or(S::Element::default(), |p| p.slope));
+        }
         Self {
             window: lane(0).window,
             status: S::Flags::from_lanes(|i| lane(i).status),
@@ -130,10 +136,7 @@ impl<S: Scalar> Calibration<S> {
                 null_offset: of(|c| c.deviations.null_offset),
             },
             test_ratio: of(|c| c.test_ratio),
-            curve: array::from_fn(|n| CurvePiece {
-                offset: S::from_lanes(|i| lane(i).curve.get(n).map_or(S::Element::default(), |p| p.offset)),
-                slope: S::from_lanes(|i| lane(i).curve.get(n).map_or(S::Element::default(), |p| p.slope)),
-            }),
+            curve,
         }
     }
 }

@@ -62,6 +62,7 @@ impl<S: Scalar> LeadNetwork<S> {
         self.gain
     }
     /// Networks of single rigs in lanes.
+    #[inline(always)]
     pub fn pack<'a>(lane: impl Fn(usize) -> &'a LeadNetwork<S::Element>) -> Self
     where
         S::Element: 'a,
