@@ -32,11 +32,14 @@ impl DelayLines {
     }
 
     /// Stores a sample and returns the delayed one, in every lane.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn pass<S: Scalar>(&mut self, sample: S) -> S {
-        if self.lines.is_empty() {
-            return sample;
-        }
+        if self.lines.is_empty() { sample } else { self.delayed(sample) }
+    }
+
+    // A separate function, so that the check before it is inlined.
+    #[inline(never)]
+    fn delayed<S: Scalar>(&mut self, sample: S) -> S {
         S::from_lanes(|i| S::Element::from_f64(self.pass_lane(i, sample.lane(i).to_f64())))
     }
 

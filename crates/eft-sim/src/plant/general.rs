@@ -302,7 +302,9 @@ impl<S: Num> Plant<S> {
         let mut equations = Dynamics { parts, drivers, imposed, forces, accelerations };
         runge_kutta(state, stages, from, step, &mut equations);
         let actuators = parts.structure.len() * EACH;
-        state[..actuators].as_chunks_mut::<EACH>().0.iter_mut().for_each(|actuator| Spool::stop_in(actuator));
+        for actuator in state[..actuators].as_chunks_mut::<EACH>().0 {
+            Spool::stop_in(actuator);
+        }
     }
 
     /// Updates forces and accelerations from the state.
