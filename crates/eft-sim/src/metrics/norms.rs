@@ -28,39 +28,11 @@ struct Spread<S> {
     squares: S,
 }
 
-/// The error of a measured signal, or the signal itself if there is no command.
-struct Values<'a, S> {
-    measured: &'a [S],
-    command: Option<&'a [S]>,
-}
-
-impl<S: Num> Values<'_, S> {
-    #[inline(always)]
-    fn at(&self, n: usize) -> S {
-        match self.command {
-            Some(command) => self.measured[n] - command[n],
-            None => self.measured[n],
-        }
-    }
-}
-
 impl<S: Num> Spread<S> {
-    /// The spread with `more` values after the first `samples`. Squares are summed about the mean of each
-    /// block, and the blocks are combined (Chan, Golub and LeVeque 1983). Squares about zero would cancel for
-    /// a large mean.
+    /// The spread with `count` values after the first `samples`, from their mean and the squares about it
+    /// (Chan, Golub and LeVeque 1983).
     #[inline(always)]
-    fn after(self, samples: f64, more: &Values<'_, S>) -> Self {
-        let count = more.measured.len() as f64;
-        let mut mean = S::splat(0.0);
-        for n in 0..more.measured.len() {
-            mean = mean + more.at(n);
-        }
-        mean = mean * S::splat(1.0 / count);
-        let mut squares = S::splat(0.0);
-        for n in 0..more.measured.len() {
-            let distance = more.at(n) - mean;
-            squares = squares + distance * distance;
-        }
+    fn after(self, samples: f64, count: f64, mean: S, squares: S) -> Self {
         let (apart, all) = (mean - self.mean, samples + count);
         Self {
             mean: self.mean + apart * S::splat(count / all),
@@ -104,12 +76,26 @@ impl<S: Num> Norms<S> {
             sums.area = sums.area + S::splat(0.5) * (last_measured * c - m * last_command);
             (last_command, last_measured) = (c, m);
         }
-        let errors = Values { measured, command: Some(command) };
-        let commands = Values { measured: command, command: None };
+        // Squares are summed about the mean of each block, because about zero they would cancel for a large
+        // mean. Error and command share the loops: each sum waits for its last addition.
+        let (zero, count) = (S::splat(0.0), command.len() as f64);
+        let [mut error_mean, mut command_mean] = [zero; 2];
+        for (&c, &m) in command.iter().zip(measured) {
+            error_mean = error_mean + (m - c);
+            command_mean = command_mean + c;
+        }
+        error_mean = error_mean * S::splat(1.0 / count);
+        command_mean = command_mean * S::splat(1.0 / count);
+        let [mut error_squares, mut command_squares] = [zero; 2];
+        for (&c, &m) in command.iter().zip(measured) {
+            let (error, command) = ((m - c) - error_mean, c - command_mean);
+            error_squares = error_squares + error * error;
+            command_squares = command_squares + command * command;
+        }
         *self = Self {
-            samples: self.samples + command.len() as f64,
-            error: self.error.after(self.samples, &errors),
-            command: self.command.after(self.samples, &commands),
+            samples: self.samples + count,
+            error: self.error.after(self.samples, count, error_mean, error_squares),
+            command: self.command.after(self.samples, count, command_mean, command_squares),
             last: [last_command, last_measured],
             ..sums
         };
