@@ -6,7 +6,7 @@ use eft_sim::config::calibration_section;
 use eft_sim::{SimulateOptions, TestRun};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays;
 use crate::energy::energies;
@@ -99,7 +99,9 @@ pub(crate) fn traces(py: Python<'_>, mut runs: Vec<TestRun>, stacked: bool) -> P
                 // One number in memory for the whole trace, so the array is read-only.
                 Values::Constant(value) => {
                     let shape = if stacked { vec![actuators, ticks] } else { vec![ticks] };
-                    traces.set_item(trace.name, numpy.call_method1("broadcast_to", (value, shape))?)?;
+                    let (number, strides) = (PyBytes::new(py, &value.to_ne_bytes()), vec![0; shape.len()]);
+                    let all = numpy.call_method1("ndarray", (shape, "d", number, 0, strides))?;
+                    traces.set_item(trace.name, all)?;
                 }
                 // One array with two names, because copies of the traces cost as much time as the test.
                 Values::Same(name) => traces.set_item(trace.name, traces.get_item(name)?)?,
