@@ -120,7 +120,8 @@ def text(results):
         "rounds. Errors are differences from the converged answer. C with 64 steps a tick agrees with it "
         f"to {results['errors']['C, converged']:.0e}.",
         "\n".join(ratios(results)),
-        f"Measured with version {results['version']} on {results['machine']}.",
+        f"Measured with version {results['version']} on {results['machine']}. "
+        f"{results.get('remark', '')}".rstrip(),
         "\n".join(times(results)),
         "`solve_ivp` is called once a tick, because the controller is sampled. Its time is scaled from the "
         "first quarter of a second, and that of JAX from the first two seconds. One test keeps its traces. "
@@ -150,8 +151,8 @@ def text(results):
         "root and look-up lie between one state and the next. Several tests use this waiting time, eight "
         "to a pair of AVX2 registers or to one AVX-512 register. They run the same code, which is written "
         "for numbers of any width, and give the same bits as a single test. Tests with sensor noise, with "
-        "effects beyond the paper's model, and of buildings also run in this way. In tests with self- "
-        "calibration the learners run lane by lane once a window. Three parts run lane by lane in every "
+        "effects beyond the paper's model, and of buildings also run in this way. In tests with "
+        "self-calibration the learners run lane by lane once a window. Three parts run lane by lane in every "
         "tick: a protection, an estimate of the velocity, and a controller in single precision.",
     ]
     return "\n\n".join(sections) + "\n"
