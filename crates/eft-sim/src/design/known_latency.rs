@@ -53,8 +53,8 @@ fn slowed(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLoop> {
             gains = gains.scaled(LATENCY_STEP).rounded();
         }
     }
-    let allowed = "no gains of use keep the oil column damped behind so late a load cell; \
-        shorten its latency, or take \"pd\"";
+    let allowed = "no robust force loop keeps the oil column damped behind so late a load cell; \
+        shorten its latency, or take controller.force_loop = \"pd\"";
     Err(Error::value("controller.force_delay", plant.latency, allowed))
 }
 

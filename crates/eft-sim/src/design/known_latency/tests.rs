@@ -79,7 +79,7 @@ fn a_latency_counts_once_with_delay_and_bandwidth() {
 #[test]
 fn a_latency_without_a_damped_loop_is_refused() {
     let error = search(&HeldPiston { latency: 6e-3, ..zhao2005() }).unwrap_err().to_string();
-    assert!(error.starts_with("controller.force_delay = 0.006: no gains of use"), "{error}");
+    assert!(error.starts_with("controller.force_delay = 0.006: no robust force loop"), "{error}");
     let error = search(&HeldPiston { latency: 9e-3, ..zhao2005() }).unwrap_err().to_string();
     assert!(error.starts_with("controller.force_delay + dac.delay = 37: "), "{error}");
 }
