@@ -280,18 +280,18 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     }
 
     /// Controllers of single rigs in lanes, all of one realization.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a Controller<S::Element, N>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a Controller<S::Element, N>) -> Self
     where
         S::Element: 'a,
     {
         Self {
-            compensation: Compensation::pack(|i| &lane(i).compensation),
-            feedforward: Feedforward::pack(|i| &lane(i).feedforward),
-            friction: Friction::pack(|i| &lane(i).friction),
-            lap: Lap::pack(|i| &lane(i).lap),
-            servovalve: ServovalveController::pack(|i| &lane(i).servovalve),
-            integral: Integral::pack(|i| &lane(i).integral),
-            limiter: Limiter::pack(|i| &lane(i).limiter),
+            compensation: Compensation::pack(&|i| &lane(i).compensation),
+            feedforward: Feedforward::pack(&|i| &lane(i).feedforward),
+            friction: Friction::pack(&|i| &lane(i).friction),
+            lap: Lap::pack(&|i| &lane(i).lap),
+            servovalve: ServovalveController::pack(&|i| &lane(i).servovalve),
+            integral: Integral::pack(&|i| &lane(i).integral),
+            limiter: Limiter::pack(&|i| &lane(i).limiter),
             per_supply_pressure: S::from_lanes(|i| lane(i).per_supply_pressure),
             measures_supply: S::Mask::from_lanes(|i| lane(i).measures_supply),
             looks_ahead: S::Mask::from_lanes(|i| lane(i).looks_ahead),

@@ -121,7 +121,7 @@ impl<S: Scalar> Calibration<S> {
             status: S::Flags::from_lanes(|i| lane(i).status),
             flow_gain: of(|c| c.flow_gain),
             per_flow_gain: of(|c| c.per_flow_gain),
-            lead: LeadNetwork::pack(|i| &lane(i).lead),
+            lead: LeadNetwork::pack(&|i| &lane(i).lead),
             response_delay: of(|c| c.response_delay),
             velocity_delay: of(|c| c.velocity_delay),
             valve_gain: of(|c| c.valve_gain),

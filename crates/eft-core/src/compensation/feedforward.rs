@@ -78,7 +78,7 @@ impl<S: Scalar> Feedforward<S> {
         FeedforwardState { command: S::select(valid, command, zero), friction: friction.unwrap_or(zero) }
     }
     /// Feedforwards of single rigs in lanes.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a Feedforward<S::Element>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a Feedforward<S::Element>) -> Self
     where
         S::Element: 'a,
     {

@@ -56,7 +56,7 @@ impl<S: Scalar> CurveGrid<S> {
         })
     }
 
-    pub(crate) fn pack<'a>(lane: impl Fn(usize) -> &'a CurveGrid<S::Element>) -> Self
+    pub(crate) fn pack<'a>(lane: &dyn Fn(usize) -> &'a CurveGrid<S::Element>) -> Self
     where
         S::Element: 'a,
     {

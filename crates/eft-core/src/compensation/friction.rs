@@ -40,7 +40,7 @@ impl<S: Scalar> Friction<S> {
     }
 
     /// Frictions of single rigs in lanes.
-    pub(crate) fn pack<'a>(lane: impl Fn(usize) -> &'a Friction<S::Element>) -> Self
+    pub(crate) fn pack<'a>(lane: &dyn Fn(usize) -> &'a Friction<S::Element>) -> Self
     where
         S::Element: 'a,
     {

@@ -38,14 +38,14 @@ impl<S: Scalar, const N: usize> InverseFlow<S, N> {
     }
 
     /// Inverses of single rigs in lanes.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a InverseFlow<S::Element, N>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a InverseFlow<S::Element, N>) -> Self
     where
         S::Element: 'a,
     {
         Self {
             sign_from_demand: S::Mask::from_lanes(|i| lane(i).sign_from_demand),
-            load_pressure: LoadPressure::pack(|i| &lane(i).load_pressure),
-            table: PiecewiseLinear::pack(|i| &lane(i).table),
+            load_pressure: LoadPressure::pack(&|i| &lane(i).load_pressure),
+            table: PiecewiseLinear::pack(&|i| &lane(i).table),
         }
     }
 }

@@ -64,7 +64,7 @@ impl<S: Scalar> Lap<S> {
     }
 
     /// Steps of single rigs in lanes.
-    pub(crate) fn pack<'a>(lane: impl Fn(usize) -> &'a Lap<S::Element>) -> Self
+    pub(crate) fn pack<'a>(lane: &dyn Fn(usize) -> &'a Lap<S::Element>) -> Self
     where
         S::Element: 'a,
     {

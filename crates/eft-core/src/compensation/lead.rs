@@ -63,7 +63,7 @@ impl<S: Scalar> LeadNetwork<S> {
     }
     /// Networks of single rigs in lanes.
     #[inline(always)]
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a LeadNetwork<S::Element>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a LeadNetwork<S::Element>) -> Self
     where
         S::Element: 'a,
     {

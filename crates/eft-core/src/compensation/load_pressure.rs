@@ -43,7 +43,7 @@ impl<S: Scalar> LoadPressure<S> {
         (S::select(regular, radicand, floor).sqrt(), !regular)
     }
     /// Corrections of single rigs in lanes.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a LoadPressure<S::Element>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a LoadPressure<S::Element>) -> Self
     where
         S::Element: 'a,
     {

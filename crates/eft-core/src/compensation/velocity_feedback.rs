@@ -158,7 +158,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     }
 
     /// Compensations of single rigs in lanes.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a Compensation<S::Element, N>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a Compensation<S::Element, N>) -> Self
     where
         S::Element: 'a,
     {
@@ -170,9 +170,9 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
             spool_range: S::from_lanes(|i| lane(i).spool_range),
             spool_warning: S::from_lanes(|i| lane(i).spool_warning),
             corrects: S::Mask::from_lanes(|i| lane(i).corrects),
-            grid: CurveGrid::pack(|i| &lane(i).grid),
-            inverse: InverseFlow::pack(|i| &lane(i).inverse),
-            lead: LeadNetwork::pack(|i| &lane(i).lead),
+            grid: CurveGrid::pack(&|i| &lane(i).grid),
+            inverse: InverseFlow::pack(&|i| &lane(i).inverse),
+            lead: LeadNetwork::pack(&|i| &lane(i).lead),
         }
     }
 

@@ -36,7 +36,7 @@ impl<S: Scalar> Integral<S> {
     }
 
     /// Integral parts of single rigs in lanes.
-    pub(crate) fn pack<'a>(lane: impl Fn(usize) -> &'a Integral<S::Element>) -> Self
+    pub(crate) fn pack<'a>(lane: &dyn Fn(usize) -> &'a Integral<S::Element>) -> Self
     where
         S::Element: 'a,
     {

@@ -47,7 +47,7 @@ impl<S: Scalar> Limiter<S> {
         command.limit(-self.amplitude, self.amplitude)
     }
     /// Limits of single rigs in lanes.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a Limiter<S::Element>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a Limiter<S::Element>) -> Self
     where
         S::Element: 'a,
     {

@@ -38,7 +38,7 @@ impl<S: Scalar> ServovalveController<S> {
         ServovalveControllerState { error: self.force_sensitivity * (command - force) }
     }
     /// Controllers of single rigs in lanes.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a ServovalveController<S::Element>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a ServovalveController<S::Element>) -> Self
     where
         S::Element: 'a,
     {

@@ -37,13 +37,13 @@ impl<S: Scalar, const N: usize> FlowTable<S, N> {
         &self.inverse
     }
     /// Tables of single rigs in lanes.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a FlowTable<S::Element, N>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a FlowTable<S::Element, N>) -> Self
     where
         S::Element: 'a,
     {
         Self {
-            forward: PiecewiseLinear::pack(|i| &lane(i).forward),
-            inverse: PiecewiseLinear::pack(|i| &lane(i).inverse),
+            forward: PiecewiseLinear::pack(&|i| &lane(i).forward),
+            inverse: PiecewiseLinear::pack(&|i| &lane(i).inverse),
         }
     }
 }

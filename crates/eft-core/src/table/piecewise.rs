@@ -66,7 +66,7 @@ impl<S: Scalar, const N: usize> PiecewiseLinear<S, N> {
     }
 
     /// Maps of single rigs in lanes: lane `i` is `lanes[i]`.
-    pub fn pack<'a>(lane: impl Fn(usize) -> &'a PiecewiseLinear<S::Element, N>) -> Self
+    pub fn pack<'a>(lane: &dyn Fn(usize) -> &'a PiecewiseLinear<S::Element, N>) -> Self
     where
         S::Element: 'a,
     {
@@ -110,9 +110,9 @@ mod tests {
         for (n, x) in x.into_iter().enumerate() {
             assert_eq!(map.eval_with_slope(x), (values[n], slopes[n], outside[n]));
         }
-        let wide = PiecewiseLinear::<Lanes<f64, 4>, 3>::pack(|_| &map);
+        let wide = PiecewiseLinear::<Lanes<f64, 4>, 3>::pack(&|_| &map);
         assert_eq!(wide.eval_with_slope(Lanes(x)), (Lanes(values), Lanes(slopes), LaneMask(outside)));
-        assert_eq!(PiecewiseLinear::<f64, 3>::pack(|_| &map), map);
+        assert_eq!(PiecewiseLinear::<f64, 3>::pack(&|_| &map), map);
     }
 
     /// The row that is found, and the number of rows that were compared.

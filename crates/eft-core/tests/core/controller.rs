@@ -108,7 +108,7 @@ fn a_gap_of_one_lane_does_not_affect_the_others() {
         let p = Parameters { sample_rate, valve_command_rate: 2.0e3, ..rig::LEARNING };
         Controller::<f64, 21>::new(&p).unwrap()
     });
-    let wide = Controller::<Lanes<f64, 4>, 21>::pack(|i| &single[i]);
+    let wide = Controller::<Lanes<f64, 4>, 21>::pack(&|i| &single[i]);
     let calibrations = single.each_ref().map(Controller::nominal);
     let calibration = side_by_side(&calibrations);
     // The last gap of the first lane ends during one of the second. Those of the fourth are too short. At the end all
@@ -200,7 +200,7 @@ fn side_by_side<T: Real, const L: usize>(single: &[Calibration<T>; L]) -> Calibr
         status: Default::default(),
         flow_gain: of(|c| c.flow_gain),
         per_flow_gain: of(|c| c.per_flow_gain),
-        lead: LeadNetwork::pack(|lane| &single[lane].lead),
+        lead: LeadNetwork::pack(&|lane| &single[lane].lead),
         response_delay: of(|c| c.response_delay),
         velocity_delay: of(|c| c.velocity_delay),
         null_offset: of(|c| c.null_offset),
@@ -299,7 +299,7 @@ macro_rules! totality {
                 ) {
                     type Wide = Lanes<$t, 4>;
                     let single: Vec<_> = ps.iter().map(controller).collect();
-                    let wide = Controller::<Wide, 21>::pack(|i| &single[i]);
+                    let wide = Controller::<Wide, 21>::pack(&|i| &single[i]);
                     let calibrations: [_; 4] = std::array::from_fn(|i| {
                         let per_flow_gain = 1.0 / (flow_gain as $t + 0.1 * i as $t);
                         let mut c = Calibration { per_flow_gain, ..single[i].nominal() };

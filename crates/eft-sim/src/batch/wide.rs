@@ -35,10 +35,10 @@ impl<P: Precision> WideWork for InPrecision<'_, P> {
         let rig = |lane: usize| work.tests[lane.min(work.tests.len() - 1)].rig;
         let grid = work.kind.grid();
         if work.kind.detailed {
-            let test = GeneralLoop::<S, P::Lanes<S>>::new(rig, grid)?;
+            let test = GeneralLoop::<S, P::Lanes<S>>::new(&rig, grid)?;
             work.run_on(&mut if work.options.traces { test } else { test.without_traces() })
         } else {
-            let test = FastLoop::<S, P::Lanes<S>>::new(rig, grid, work.options.simulate.method)?;
+            let test = FastLoop::<S, P::Lanes<S>>::new(&rig, grid, work.options.simulate.method)?;
             work.run_on(&mut if work.options.traces { test } else { test.without_traces() })
         }
     }

@@ -141,7 +141,7 @@ impl<P: Precision> RigChannel<P> {
     /// The learner's estimates by the names of the traces; for a rig that does not learn, the configured
     /// values.
     pub fn estimates(&self, rig: &RigConfig) -> Vec<(&'static str, f64)> {
-        Estimates::<f64>::nominal(|_| rig).or(|_| self.calibration()).named()
+        Estimates::<f64>::nominal(&|_| rig).or(|_| self.calibration()).named()
     }
 
     /// Whether no tick has changed anything since the start or a reset.

@@ -59,7 +59,7 @@ macro_rules! define {
 
         impl<S: Num> Estimates<S> {
             /// The values of rigs that do not learn, one per lane.
-            pub(crate) fn nominal<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+            pub(crate) fn nominal<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
                 let of = |nominal: fn(&RigConfig) -> f64| S::from_lanes(|lane| nominal(rig(lane)));
                 Self { $($learned: of($nominal),)* }
             }

@@ -63,11 +63,11 @@ impl<S: Num, C: Scalar> LoopState<S, C> {
 impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
     /// The loops of `rig(0)`, `rig(1)`, … at rest, one per lane, all with the same realization.
     pub(crate) fn new<'a>(
-        rig: impl Fn(usize) -> &'a RigConfig,
+        rig: &dyn Fn(usize) -> &'a RigConfig,
         grid: TimeGrid,
         method: Method,
     ) -> Result<Self> {
-        let plant = Exponential::pack(&rig, grid)?;
+        let plant = Exponential::pack(rig, grid)?;
         let digital = DigitalSide::new(&rig, grid.sample_rate, 0)?;
         let state = LoopState { plant: FastState::default(), digital: ControllerState::default() };
         Ok(Self { plant, digital, grid, method, state })

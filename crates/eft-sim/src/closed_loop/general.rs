@@ -43,8 +43,8 @@ impl<S: Num> Feedback<S> for ActuatorFeedback<'_, S> {
 impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
     /// The loops of `rig(0)`, `rig(1)`, … at rest, one per lane, all with the same realization and number of
     /// stories.
-    pub(crate) fn new<'a>(rig: impl Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
-        let plant = Plant::pack(&rig)?;
+    pub(crate) fn new<'a>(rig: &dyn Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
+        let plant = Plant::pack(rig)?;
         let actuators = 0..plant.actuators();
         let side = |actuator| DigitalSide::new(&rig, grid.sample_rate, actuator as u64);
         Ok(Self {

@@ -43,7 +43,7 @@ pub fn ideal_responses(
 ) -> Result<Vec<IdealResponse>> {
     let (sample_rate, samples) = check_commands(rig, commands)?;
     let grid = options.grid(rig, sample_rate)?;
-    let structure = Structure::pack(|_| rig);
+    let structure = Structure::pack(&|_| rig);
     let at_rest = vec![Motion::default(); structure.len()];
     let force = |i: usize, floor: usize| {
         let values = &commands[floor].values;

@@ -36,7 +36,7 @@ impl<S: Num, C: Scalar<Element: Precision>> LearningLanes<S, C> {
         saved: impl Fn(usize) -> Option<&'a SavedCalibration>,
     ) -> Result<Self> {
         let window_ticks = C::Element::channel(&parameters[0])?.window_ticks();
-        let channels = Box::new(ChannelLanes::new(RigController::pack(|i| &controllers[i]), window_ticks));
+        let channels = Box::new(ChannelLanes::new(RigController::pack(&|i| &controllers[i]), window_ticks));
         let learners =
             parameters.iter().enumerate().map(|(i, p)| Learning::new(p, saved(i))).collect::<Result<_>>()?;
         let calibrations: Vec<_> = controllers.iter().map(|one| [one.nominal(); 2]).collect();

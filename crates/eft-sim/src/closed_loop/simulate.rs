@@ -201,7 +201,7 @@ fn through_channel<P: Precision>(rig: &RigConfig, command: &Command) -> Result<T
     let (sample_rate, _) = check_commands(rig, commands)?;
     let options = SimulateOptions::default();
     let mut test =
-        FastLoop::<f64, P::Lanes<f64>>::new(|_| rig, options.grid(rig, sample_rate)?, options.method)?;
+        FastLoop::<f64, P::Lanes<f64>>::new(&|_| rig, options.grid(rig, sample_rate)?, options.method)?;
     test.digital.run_by_channel(rig)?;
     Ok(run_through(&mut test, rig, commands, &mut |_, _| true)?.swap_remove(0))
 }
@@ -216,7 +216,7 @@ pub fn energy_balance(
     options: &SimulateOptions,
 ) -> Result<EnergyBalance> {
     let (sample_rate, _) = check_commands(rig, commands)?;
-    let mut test = GeneralLoop::<f64, f64>::new(|_| rig, options.grid(rig, sample_rate)?)?;
+    let mut test = GeneralLoop::<f64, f64>::new(&|_| rig, options.grid(rig, sample_rate)?)?;
     run_through(&mut test, rig, commands, &mut |_, _| true)?;
     Ok(test.balance(0).unwrap_or_default())
 }
@@ -295,13 +295,13 @@ fn through<P: Precision>(
     let grid = options.grid(rig, sample_rate)?;
     let detailed = needs_detail(rig) || commands.len() > 1;
     if !detailed && specimen.is_none() {
-        let mut test = FastLoop::<f64, P::Lanes<f64>>::new(|_| rig, grid, options.method)?;
+        let mut test = FastLoop::<f64, P::Lanes<f64>>::new(&|_| rig, grid, options.method)?;
         if let Some(outside) = outside {
             test.digital.controlled_by(outside);
         }
         return run_through(&mut test, rig, commands, go_on);
     }
-    let mut test = GeneralLoop::<f64, P::Lanes<f64>>::new(|_| rig, grid)?;
+    let mut test = GeneralLoop::<f64, P::Lanes<f64>>::new(&|_| rig, grid)?;
     if let (Some(outside), Some(side)) = (outside, test.digital.first_mut()) {
         side.controlled_by(outside);
     }

@@ -64,13 +64,13 @@ impl PlantStepper {
         let grid = options.grid(rig, sample_rate)?;
         let detailed = needs_detail(rig) || rig.structure.floors() > 1;
         let plant = if detailed || options.method == Method::RungeKutta {
-            let plant = Plant::pack(|_| rig)?;
+            let plant = Plant::pack(&|_| rig)?;
             let exchange = Exchange::new(plant.actuators());
             Integrated::General(Box::new(plant), exchange)
         } else {
             // The valve command is held, as from a digital force loop.
             let digital = rig.replace(&[("controller.realization", "digital".into())])?;
-            Integrated::Fast(Box::new(Exponential::pack(|_| &digital, grid)?), FastState::default())
+            Integrated::Fast(Box::new(Exponential::pack(&|_| &digital, grid)?), FastState::default())
         };
         Ok(Self { plant, grid, ticks: 0 })
     }

@@ -50,7 +50,7 @@ impl VirtualRig {
         let sample_rate = rig.controller.sample_rate;
         let plant = PlantStepper::new(rig, sample_rate, &SimulateOptions::default())?;
         let instruments = |i| Instruments {
-            sensors: Sensors::new(|_| rig, sample_rate, i as u64),
+            sensors: Sensors::new(&|_| rig, sample_rate, i as u64),
             dac: Dac::new(|_| &rig.plant().dac),
             clipped: 0,
             measured: plant.signals(i),

@@ -41,7 +41,7 @@ pub struct FlowTest {
 pub fn valve_test(rig: &RigConfig, amplitude: f64, sample_rate: f64) -> Result<ValveTest> {
     let sweep = sine_sweep(amplitude * FULL_SCALE / rig.actuator.stroke, 0.0, 10.0, 32.0, sample_rate)?;
     let grid = SimulateOptions::default().grid(rig, sample_rate)?;
-    let mut valve = Valve { servo_actuator: ServoActuator::pack(|_| rig.plant())?, command: 0.0 };
+    let mut valve = Valve { servo_actuator: ServoActuator::pack(&|_| rig.plant())?, command: 0.0 };
     // Pilot flow and spool opening, and the torque motor's numbers.
     let mut state = [0.0; 4];
     let mut stages = Stages::new(&state);
@@ -91,7 +91,7 @@ pub fn flow_test(
         (free.structure.mass, free.structure.damping, free.structure.stiffness) = (piston_mass, 0.0, 0.0);
     })?;
     let sweep = sine_sweep(amplitude, frequency, frequency, duration, sample_rate)?;
-    let mut plant = Plant::<f64>::pack(|_| &free)?;
+    let mut plant = Plant::<f64>::pack(&|_| &free)?;
     // The resonance of the free piston on the oil is far above that of the loaded rig.
     let actuator = &free.actuator;
     let compressibility = actuator.compressibility + actuator.attachment_compressibility();
@@ -130,7 +130,7 @@ pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f6
     one_actuator(rig)?;
     let still = Command::new(vec![0.0; (duration * sample_rate).round().max(0.0) as usize], sample_rate)?;
     let start = [Motion { displacement: from, ..Motion::default() }];
-    let structure = Structure::pack(|_| rig);
+    let structure = Structure::pack(&|_| rig);
     let grid = TimeGrid::new(sample_rate, 8);
     let mut responses = motions(&structure, &start, still.values.len(), grid, |_, _| [0.0; 2])?;
     Ok(responses.swap_remove(0).displacement)

@@ -67,7 +67,7 @@ impl FlowBalance {
     ) -> Result<Self> {
         let MotionSignals { spool, velocity, force } = signals;
         let (area, supply) = (rig.actuator.piston_area, rig.supply.pressure);
-        let valve = LoadFlow::<f64>::pack(|_| rig)?;
+        let valve = LoadFlow::<f64>::pack(&|_| rig)?;
         let flow = |side: f64| {
             let passed =
                 |x: &f64, f: &f64| if side * x > 0.0 { valve.flow_at(*x, f / area, supply).0 } else { 0.0 };

@@ -39,7 +39,7 @@ impl<S: Num> Sensors<S> {
     /// The true sensors of actuator number `actuator` of `rig(0)`, `rig(1)`, …, one per lane; `None` if all
     /// of them are ideal.
     pub(crate) fn new<'a>(
-        rig: impl Fn(usize) -> &'a RigConfig,
+        rig: &dyn Fn(usize) -> &'a RigConfig,
         sample_rate: f64,
         actuator: u64,
     ) -> Option<Self> {
@@ -60,13 +60,13 @@ impl<S: Num> Sensors<S> {
                 let sensors = &rig(i).plant().sensors;
                 (of(sensors), fault(i, signal), sensors.seed)
             };
-            Sensor::new(described, sample_rate, STREAMS * actuator + stream)
+            Sensor::new(&described, sample_rate, STREAMS * actuator + stream)
         };
         let cell = |i: usize| (&cells[i], fault(i, FaultSignal::Force), rig(i).plant().sensors.seed);
         Some(Self {
             displacement: lanes(|sensors| &sensors.displacement, FaultSignal::Displacement, 0),
             velocity: lanes(|sensors| &sensors.velocity, FaultSignal::Velocity, 2),
-            force: Sensor::new(cell, sample_rate, STREAMS * actuator + 4),
+            force: Sensor::new(&cell, sample_rate, STREAMS * actuator + 4),
             spool: lanes(|sensors| &sensors.spool, FaultSignal::Spool, 6),
             supply_pressure: lanes(|sensors| &sensors.supply_pressure, FaultSignal::SupplyPressure, 8),
             acceleration: lanes(|sensors| &sensors.acceleration, FaultSignal::Acceleration, 10),

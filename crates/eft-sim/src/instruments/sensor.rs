@@ -88,7 +88,7 @@ pub(crate) type Described<'a> = (&'a config::Sensor, Option<Fault>, u64);
 
 impl<S: Num> Sensor<S> {
     /// The sensors `of(0)`, `of(1)`, … one per lane, with noise from the streams `stream` and `stream + 1`.
-    pub(crate) fn new<'a>(of: impl Fn(usize) -> Described<'a>, sample_rate: f64, stream: u64) -> Self {
+    pub(crate) fn new<'a>(of: &dyn Fn(usize) -> Described<'a>, sample_rate: f64, stream: u64) -> Self {
         let lanes: Vec<_> = (0..S::LANES).map(of).collect();
         let number = |value: fn(&config::Sensor) -> f64| S::from_lanes(|i| value(lanes[i].0));
         let filter =

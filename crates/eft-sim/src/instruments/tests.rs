@@ -18,7 +18,7 @@ fn rig(changes: &[(&str, toml::Value)]) -> RigConfig {
 
 fn sensors(changes: &[(&str, toml::Value)], actuator: u64) -> Option<Sensors<f64>> {
     let rig = rig(changes);
-    Sensors::new(|_| &rig, RATE, actuator)
+    Sensors::new(&|_| &rig, RATE, actuator)
 }
 
 /// Readings of a force that rises by 1 N per tick.

@@ -28,7 +28,7 @@ pub(crate) struct Actuator<S: Num> {
 }
 
 impl<S: Num> Actuator<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let compressibility =
             |i: usize| rig(i).actuator.compressibility + rig(i).actuator.attachment_compressibility();
         Self {
@@ -36,7 +36,7 @@ impl<S: Num> Actuator<S> {
             leakage: S::from_lanes(|i| rig(i).actuator.leakage),
             per_compressibility: S::from_lanes(|i| 1.0 / compressibility(i)),
             share_of_oil: S::from_lanes(|i| rig(i).actuator.compressibility / compressibility(i)),
-            attachment: Attachment::pack(&rig),
+            attachment: Attachment::pack(rig),
             yields: (0..S::LANES).any(|i| rig(i).piston_moves_alone()),
             at_piston: S::from_lanes(|i| f64::from(u8::from(rig(i).piston_moves_alone()))),
             stroke: S::from_lanes(|i| rig(i).actuator.stroke),
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn chambers_away_from_the_middle_are_two_springs_in_parallel() {
         let rig = changed(&[("actuator.dead_length", 0.013.into())]);
-        let actuator = Actuator::<f64>::pack(|_| &rig);
+        let actuator = Actuator::<f64>::pack(&|_| &rig);
         let (area, half) = (rig.actuator.piston_area, 0.14);
         let compressibility = |x: f64| {
             // K_a in the middle gives the bulk modulus: K_a = V_0/(2β).
@@ -173,7 +173,7 @@ mod tests {
     fn a_spring_behind_the_piston_is_in_series_with_the_oil() {
         let stiffness = 5e8;
         let rig = changed(&[("actuator.attachment_stiffness", stiffness.into())]);
-        let (actuator, a) = (Actuator::<f64>::pack(|_| &rig), &rig.actuator);
+        let (actuator, a) = (Actuator::<f64>::pack(&|_| &rig), &rig.actuator);
         let oil = a.piston_area * a.piston_area / a.compressibility;
         // With a closed valve the pressure from a motion of the structure is that of both springs in series.
         let rate = actuator.rate(0.0, 0.0, -0.2);
@@ -186,6 +186,6 @@ mod tests {
         let energy = (a.piston_area * 3e6).powi(2) / 2.0 * (1.0 / oil + 1.0 / stiffness);
         assert!((actuator.stored(3e6, 0.0) / energy - 1.0).abs() < 1e-12);
         let plain = changed(&[]);
-        assert!(actuator.yields() && !Actuator::<f64>::pack(|_| &plain).yields());
+        assert!(actuator.yields() && !Actuator::<f64>::pack(&|_| &plain).yields());
     }
 }

@@ -26,7 +26,7 @@ pub(crate) struct Attachment<S: Num> {
 }
 
 impl<S: Num> Attachment<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let per_filling = |i: usize| {
             let actuator = &rig(i).actuator;
             (actuator.compressibility + actuator.attachment_compressibility()) / actuator.piston_area
@@ -76,7 +76,7 @@ mod tests {
             ("actuator.attachment_play", play.into()),
             ("actuator.attachment_stiffness", stiffness.into()),
         ]);
-        let (attachment, a) = (Attachment::<f64>::pack(|_| &rig), &rig.actuator);
+        let (attachment, a) = (Attachment::<f64>::pack(&|_| &rig), &rig.actuator);
         let compressibility = a.compressibility + a.piston_area.powi(2) / stiffness;
         for (volume, expected) in [
             (0.0, 0.0),

@@ -15,7 +15,7 @@ pub(crate) struct BoucWen<S> {
 }
 
 impl<S: Num> BoucWen<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let part = |i: usize| match rig(i).structure.kind {
             StructureKind::BoucWen => rig(i).structure.bouc_wen.as_ref(),
             _ => None,
@@ -69,7 +69,7 @@ mod tests {
             ("structure.bouc_wen.exponent", exponent.into()),
             ("structure.bouc_wen.shape", shape.into()),
         ]);
-        BoucWen::pack(|_| &rig)
+        BoucWen::pack(&|_| &rig)
     }
 
     /// `z` after a displacement (m) at constant velocity from the initial `z`.

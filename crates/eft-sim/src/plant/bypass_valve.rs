@@ -24,7 +24,7 @@ pub(crate) struct BypassValve<S> {
 
 impl<S: Num> BypassValve<S> {
     /// Closed.
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let coefficient = |i: usize| rig(i).actuator.bypass_flow / RATED.sqrt();
         Self {
             present: (0..S::LANES).any(|i| coefficient(i) > 0.0),
@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn the_bypass_opens_in_its_time_and_passes_the_flow_of_an_orifice() {
         let rig = changed(&[("actuator.bypass_flow", 4e-3.into()), ("actuator.bypass_time", 0.02.into())]);
-        let mut valve = BypassValve::<f64>::pack(|_| &rig);
+        let mut valve = BypassValve::<f64>::pack(&|_| &rig);
         assert!(valve.flow(1e6).abs() < 1e-15);
         valve.open(0.01, true);
         let half = valve.flow(4e6);

@@ -108,7 +108,7 @@ pub(crate) struct Analog<S> {
 }
 
 impl<S: Num> Analog<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let zero = S::splat(0.0);
         Self {
             proportional: S::from_lanes(|i| {

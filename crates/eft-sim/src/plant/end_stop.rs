@@ -19,7 +19,7 @@ pub(crate) struct EndStop<S> {
 }
 
 impl<S: Num> EndStop<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         Self {
             present: (0..S::LANES).any(|i| rig(i).actuator.stop_stiffness.is_some()),
             stroke: S::from_lanes(|i| rig(i).actuator.stroke),
@@ -92,7 +92,7 @@ mod tests {
     fn rebound(damping: f64, arrival: f64, side: f64) -> f64 {
         let rig =
             changed(&[("actuator.stop_stiffness", 1e9.into()), ("actuator.stop_damping", damping.into())]);
-        let stop = EndStop::<f64>::pack(|_| &rig);
+        let stop = EndStop::<f64>::pack(&|_| &rig);
         let (mut x, mut v, step) = (side * 0.127, side * arrival, 1e-6);
         // Velocity Verlet keeps the energy of an elastic collision.
         while side * v > 0.0 || side * x > 0.127 {
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn the_stops_force_agrees_with_its_rate_and_never_pulls() {
         let rig = changed(&[("actuator.stop_stiffness", 1e8.into()), ("actuator.stop_damping", 2.0.into())]);
-        let stop = EndStop::<f64>::pack(|_| &rig);
+        let stop = EndStop::<f64>::pack(&|_| &rig);
         assert_eq!(stop.force(0.1, 3.0), 0.0);
         assert_eq!(stop.force(0.13, -1.0), 0.0);
         assert_eq!(stop.rate(0.13, -1.0, 5.0), 0.0);

@@ -16,7 +16,7 @@ pub(crate) struct Friction<S> {
 }
 
 impl<S: Num> Friction<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         Self {
             present: (0..S::LANES).any(|i| rig(i).actuator.friction > 0.0),
             force: S::from_lanes(|i| rig(i).actuator.friction),
@@ -54,7 +54,7 @@ mod tests {
         let (force, stiffness, mass): (f64, f64, f64) = (500.0, 693.8e3, 7040.0);
         let rig =
             changed(&[("actuator.friction", force.into()), ("actuator.friction_velocity", 1e-5.into())]);
-        let friction = Friction::<f64>::pack(|_| &rig);
+        let friction = Friction::<f64>::pack(&|_| &rig);
         let (mut x, mut v, step) = (0.02, 0.0, 1e-6);
         let mut crests = vec![x];
         while crests.len() < 4 {
@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn slope_is_the_derivative() {
         let rig = changed(&[("actuator.friction", 500.0.into())]);
-        let friction = Friction::<f64>::pack(|_| &rig);
+        let friction = Friction::<f64>::pack(&|_| &rig);
         for v in [-0.1, -1e-3, 0.0, 2e-4, 0.05] {
             let numeric = (friction.force(v + 1e-7) - friction.force(v - 1e-7)) / 2e-7;
             assert!((friction.slope(v) - numeric).abs() < 1e-6 * friction.slope(0.0));

@@ -177,8 +177,8 @@ impl<S: Num> Plant<S> {
     ///
     /// # Errors
     /// A flow curve that the core refuses.
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
-        let rig = |i| rig(i).plant();
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Result<Self> {
+        let rig: &dyn Fn(usize) -> _ = &|i| rig(i).plant();
         let parts = Parts {
             servo_actuator: ServoActuator::pack(rig)?,
             supply: Supply::pack(rig),

@@ -21,7 +21,7 @@ pub(crate) struct LoadCell<S: Num> {
 }
 
 impl<S: Num> LoadCell<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         Self {
             present: (0..S::LANES).any(|i| rig(i).sensors.force.bandwidth.is_some()),
             mass: S::from_lanes(|i| rig(i).sensors.cell_mass.unwrap_or(0.0)),
@@ -52,12 +52,12 @@ mod tests {
     #[test]
     fn a_cell_in_steady_motion_shows_the_force_less_the_inertia_before_it() {
         let rig = changed(&[("sensors.cell_mass", 50.0.into()), ("sensors.force.bandwidth", 500.0.into())]);
-        let cell = LoadCell::<f64>::pack(|_| &rig);
+        let cell = LoadCell::<f64>::pack(&|_| &rig);
         assert_eq!(cell.rate(9e3, 2.0, 9e3 - 100.0), 0.0);
         // A step decays to 1/e after the time constant of the bandwidth.
         assert!((cell.rate(1.0, 0.0, 0.0) - TAU * 500.0).abs() < 1e-9);
         assert_eq!((cell.select(1.0, 2.0)), 1.0);
         let plain = changed(&[]);
-        assert_eq!(LoadCell::<f64>::pack(|_| &plain).select(1.0, 2.0), 2.0);
+        assert_eq!(LoadCell::<f64>::pack(&|_| &plain).select(1.0, 2.0), 2.0);
     }
 }

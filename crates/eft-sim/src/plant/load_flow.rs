@@ -25,10 +25,10 @@ pub(crate) struct LoadFlow<S: Num> {
 }
 
 impl<S: Num> LoadFlow<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Result<Self> {
         let curves = (0..S::LANES).map(|i| flow_table(rig(i))).collect::<Result<Vec<_>>>()?;
         Ok(Self {
-            curve: FlowTable::pack(|i| &curves[i]),
+            curve: FlowTable::pack(&|i| &curves[i]),
             scale: S::from_lanes(|i| rig(i).servovalve.flow_gain_scale),
             supply_pressure: S::from_lanes(|i| rig(i).supply.pressure),
             per_supply_pressure: S::from_lanes(|i| 1.0 / rig(i).supply.pressure),
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn at_the_measured_pressure_the_flow_is_eq_6() {
         let rig = changed(&[]);
-        let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();
+        let valve = LoadFlow::<f64>::pack(&|_| &rig).unwrap();
         for opening in [-0.8, -0.13, 0.0, 0.05, 0.6] {
             for load in [-2.2e7, -9e6, 0.0, 5e6, 2.5e7] {
                 let (flow, drawn) = valve.flow_at(opening, load, 1.9e7);
@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn flow_follows_the_root_of_the_pressure_and_the_overlap_passes_nothing() {
         let rig = changed(&[("servovalve.overlap", 0.03.into())]);
-        let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();
+        let valve = LoadFlow::<f64>::pack(&|_| &rig).unwrap();
         let no_load = |opening, pressure| valve.flow_at(opening, 0.0, pressure).0;
         assert!((no_load(0.5, 0.81 * 1.9e7) / no_load(0.5, 1.9e7) - 0.9).abs() < 1e-12);
         assert_eq!(no_load(0.03, 1.9e7), 0.0);
@@ -132,7 +132,7 @@ mod tests {
     fn within_an_underlap_both_directions_are_open() {
         let lap = 0.02;
         let rig = changed(&[("servovalve.overlap", (-lap).into())]);
-        let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();
+        let valve = LoadFlow::<f64>::pack(&|_| &rig).unwrap();
         let supply = 1.9e7;
         // The bridge of four lands, Merritt's open-centre valve, with the flow of each land at the pressures
         // of the chambers.
@@ -164,7 +164,7 @@ mod tests {
     fn unequal_areas_share_the_pressure_like_two_lands_in_series() {
         let (ratio, supply) = (1.3, 1.9e7);
         let rig = changed(&[("actuator.area_ratio", ratio.into())]);
-        let valve = LoadFlow::<f64>::pack(|_| &rig).unwrap();
+        let valve = LoadFlow::<f64>::pack(&|_| &rig).unwrap();
         for opening in [0.3, -0.3] {
             for load in [-8e6, 0.0, 5e6] {
                 let (flow, drawn) = valve.flow_at(opening, load, supply);

@@ -15,7 +15,7 @@ pub(crate) struct PilotValve<S> {
 }
 
 impl<S: Num> PilotValve<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         Self {
             flow_gain: S::from_lanes(|i| rig(i).servovalve.pilot_flow_gain),
             spool_feedback: S::from_lanes(|i| {
@@ -58,13 +58,13 @@ mod tests {
     fn the_pilot_settles_at_its_largest_flow() {
         let limit = 2e-6;
         let rig = changed(&[("servovalve.pilot_flow_limit", limit.into())]);
-        let pilot = PilotValve::<f64>::pack(|_| &rig);
+        let pilot = PilotValve::<f64>::pack(&|_| &rig);
         for (command, side) in [(5.0, 1.0), (-5.0, -1.0)] {
             assert_eq!(pilot.rate(command, 0.0, side * limit), 0.0);
             assert!(side * pilot.rate(command, 0.0, 0.0) > 0.0);
         }
         // Small commands are not limited.
         let plain = changed(&[]);
-        assert_eq!(pilot.rate(0.1, 0.0, 1e-7), PilotValve::<f64>::pack(|_| &plain).rate(0.1, 0.0, 1e-7));
+        assert_eq!(pilot.rate(0.1, 0.0, 1e-7), PilotValve::<f64>::pack(&|_| &plain).rate(0.1, 0.0, 1e-7));
     }
 }

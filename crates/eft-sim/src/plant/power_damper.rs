@@ -17,7 +17,7 @@ pub(crate) struct PowerDamper<S> {
 }
 
 impl<S: Num> PowerDamper<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let building = |i: usize| rig(i).structure.kind == StructureKind::ShearBuilding;
         let damper = |i: usize| rig(i).structure.power_damper.as_ref().filter(|_| !building(i));
         let mut lanes: Vec<_> =
@@ -62,7 +62,7 @@ mod tests {
                 ("structure.power_damper.coefficient", 2e4.into()),
                 ("structure.power_damper.exponent", exponent.into()),
             ]);
-            let damper = PowerDamper::<f64>::pack(|_| &rig);
+            let damper = PowerDamper::<f64>::pack(&|_| &rig);
             let (amplitude, omega): (f64, f64) = (0.05, 10.0);
             let points = 20_000;
             let angle = std::f64::consts::TAU / f64::from(points);

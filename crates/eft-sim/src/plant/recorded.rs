@@ -24,8 +24,8 @@ pub(crate) fn recorded_balance(
         return Ok(None);
     }
     let parts = Parts {
-        servo_actuator: ServoActuator::pack(|_| rig.plant())?,
-        structure: Structure::pack(|_| rig),
+        servo_actuator: ServoActuator::pack(&|_| rig.plant())?,
+        structure: Structure::pack(&|_| rig),
         supply_pressure: rig.plant().supply.pressure,
     };
     let Some(first) = states.next() else {

@@ -59,19 +59,19 @@ where
 }
 
 impl<S: Num> ServoActuator<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Result<Self> {
         Ok(Self {
-            torque_motor: TorqueMotor::pack(&rig),
-            pilot_valve: PilotValve::pack(&rig),
-            spool: Spool::pack(&rig),
+            torque_motor: TorqueMotor::pack(rig),
+            pilot_valve: PilotValve::pack(rig),
+            spool: Spool::pack(rig),
             null_bias: S::from_lanes(|i| rig(i).servovalve.null_bias),
-            load_flow: LoadFlow::pack(&rig)?,
-            valve_leakage: ValveLeakage::pack(&rig),
-            actuator: Actuator::pack(&rig),
-            bypass_valve: BypassValve::pack(&rig),
-            friction: Friction::pack(&rig),
-            end_stop: EndStop::pack(&rig),
-            load_cell: LoadCell::pack(&rig),
+            load_flow: LoadFlow::pack(rig)?,
+            valve_leakage: ValveLeakage::pack(rig),
+            actuator: Actuator::pack(rig),
+            bypass_valve: BypassValve::pack(rig),
+            friction: Friction::pack(rig),
+            end_stop: EndStop::pack(rig),
+            load_cell: LoadCell::pack(rig),
         })
     }
 

@@ -12,7 +12,7 @@ pub(crate) struct Spool<S> {
 }
 
 impl<S: Num> Spool<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         Self {
             opening_per_volume: S::from_lanes(|i| {
                 1.0 / (rig(i).servovalve.spool_area * rig(i).servovalve.spool_stroke)

@@ -17,7 +17,7 @@ pub(crate) struct Story<S> {
 
 impl<S: Num> Story<S> {
     /// Story `n` of each rig, from the ground up.
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, n: usize) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig, n: usize) -> Self {
         let story = |i: usize| rig(i).structure.story(n);
         let softening = |i: usize| match (rig(i).structure.kind, &rig(i).structure.softening) {
             (StructureKind::Bilinear, Some(s)) => (s.displacement, s.stiffness),

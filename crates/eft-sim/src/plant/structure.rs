@@ -47,8 +47,8 @@ impl<S: Copy> Motion<S> {
 impl<S: Num> Structure<S> {
     /// The true structures of `rig(0)`, `rig(1)`, … side by side, one per lane, with the same number of
     /// stories.
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
-        let rig = |i| rig(i).plant();
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
+        let rig: &dyn Fn(usize) -> _ = &|i| rig(i).plant();
         let floor = |n| Floor {
             story: Story::pack(rig, n),
             power_damper: PowerDamper::pack(rig),

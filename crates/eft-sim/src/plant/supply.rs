@@ -24,7 +24,7 @@ pub(crate) struct Supply<S: Num> {
 }
 
 impl<S: Num> Supply<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let supply = |i: usize| &rig(i).supply;
         let schedule = |i: usize| {
             supply(i).schedule.as_ref().map(|schedule| (schedule.times.clone(), schedule.pressures.clone()))
@@ -115,7 +115,7 @@ mod tests {
         let mut changes = vec![("supply.droop", DROOP.into()), ("supply.accumulator", CAPACITY.into())];
         changes.extend(extra.iter().cloned());
         let rig = changed(&changes);
-        Supply::pack(|_| &rig)
+        Supply::pack(&|_| &rig)
     }
 
     /// An accumulator from which a flow (m³/s) is drawn.
@@ -160,7 +160,7 @@ mod tests {
             ("supply.schedule.times", points(&[1.0, 3.0])),
             ("supply.schedule.pressures", points(&[1.9e7, 1.5e7])),
         ]);
-        let supply = Supply::<f64>::pack(|_| &rig);
+        let supply = Supply::<f64>::pack(&|_| &rig);
         let given = [0.0, 1.0, 1.5, 2.0, 3.0, 9.0].map(|t| supply.pressure(supply.setting(t), 0.0));
         assert_eq!(given, [1.9e7, 1.9e7, 1.8e7, 1.7e7, 1.5e7, 1.5e7]);
     }

@@ -19,7 +19,7 @@ pub(crate) struct TorqueMotor<S: Num> {
 }
 
 impl<S: Num> TorqueMotor<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let frequency = |i: usize| rig(i).servovalve.torque_motor_frequency.map_or(0.0, |f| TAU * f);
         Self {
             present: (0..S::LANES).any(|i| frequency(i) > 0.0),
@@ -68,7 +68,7 @@ mod tests {
             ("servovalve.torque_motor_frequency", frequency.into()),
             ("servovalve.torque_motor_damping", damping.into()),
         ]);
-        let mut motor = Step(TorqueMotor::pack(|_| &rig));
+        let mut motor = Step(TorqueMotor::pack(&|_| &rig));
         let (mut state, step) = ([0.0; 2], 1e-5);
         let mut stages = Stages::new(&state);
         for n in 1..=400 {
@@ -81,7 +81,7 @@ mod tests {
         }
         assert_eq!((motor.0.passes(state, 2.0), motor.0.passes([3.0, 1.0], 2.0)), (state[0], 3.0));
         let plain = changed(&[]);
-        let plain = TorqueMotor::<f64>::pack(|_| &plain);
+        let plain = TorqueMotor::<f64>::pack(&|_| &plain);
         assert_eq!(plain.passes([3.0, 1.0], 2.0), 2.0);
     }
 }

@@ -31,7 +31,7 @@ pub(crate) struct Leak<S> {
 }
 
 impl<S: Num> ValveLeakage<S> {
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Self {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let leakage = |i: usize| &rig(i).servovalve.leakage;
         Self {
             present: (0..S::LANES).any(|i| leakage(i).proportional + leakage(i).constant > 0.0),
@@ -66,7 +66,7 @@ mod tests {
             ("servovalve.leakage.proportional", (conductance / 2.0).into()),
             ("servovalve.leakage.constant", (conductance / 2.0 * 1.9e7).into()),
         ]);
-        let leakage = ValveLeakage::<f64>::pack(|_| &rig);
+        let leakage = ValveLeakage::<f64>::pack(&|_| &rig);
         for load in [-1.2e7, 0.0, 0.8e7] {
             for supply in [1.9e7, 1.5e7] {
                 let open = leakage.leak(0.3, load, supply).lost;
@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn a_constant_leakage_is_zero_at_null() {
         let rig = changed(&[("servovalve.leakage.constant", 4e-5.into())]);
-        let leak = ValveLeakage::<f64>::pack(|_| &rig).leak(0.0, 0.0, 1.9e7);
+        let leak = ValveLeakage::<f64>::pack(&|_| &rig).leak(0.0, 0.0, 1.9e7);
         assert_eq!((leak.lost, leak.drawn), (0.0, 0.0));
     }
 }

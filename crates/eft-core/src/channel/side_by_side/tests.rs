@@ -46,7 +46,7 @@ fn a_lane_has_the_outputs_and_windows_of_its_own_channel() {
         });
         let controllers = rigs.map(|rig| Controller::<f64, 21>::new(&rig).unwrap());
         let channels = rigs.map(|rig| Channel::<f64, 21>::new(&rig).unwrap());
-        let packed = Controller::<Lanes<f64, 2>, 21>::pack(|lane| &controllers[lane]);
+        let packed = Controller::<Lanes<f64, 2>, 21>::pack(&|lane| &controllers[lane]);
         let lanes = ChannelLanes::new(packed, channels[0].window_ticks());
         let (mut wide, mut states) = (lanes.at_rest(), channels.map(|channel| channel.at_rest()));
         for tick in 0..200 {

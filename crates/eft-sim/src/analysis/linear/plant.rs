@@ -41,7 +41,7 @@ impl LinearPlant {
         let actuator = &rig.actuator;
         let stories = stories(rig);
         // The flow curve holds at `supply.pressure`; a schedule may begin elsewhere.
-        let root = (Supply::<f64>::pack(|_| rig).setting(0.0) / rig.supply.pressure).sqrt();
+        let root = (Supply::<f64>::pack(&|_| rig).setting(0.0) / rig.supply.pressure).sqrt();
         let compressibility = actuator.compressibility + actuator.attachment_compressibility();
         let rest = AtRest { leakage: gains.rest.leakage / root, ..gains.rest };
         let hydraulics = rig.held_piston(&rest, gains.flow * root, compressibility).continuous();

@@ -39,7 +39,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// The digital sides of `rig(0)`, `rig(1)`, … at rest, one per lane, all with the same realization and
     /// [`ChannelKind`]. `actuator` is the actuator's number in its rig; each actuator has its own noise.
     pub(crate) fn new<'a>(
-        rig: impl Fn(usize) -> &'a RigConfig,
+        rig: &dyn Fn(usize) -> &'a RigConfig,
         sample_rate: f64,
         actuator: u64,
     ) -> Result<Self> {
@@ -54,7 +54,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         let realization = rig(0).controller.realization;
         let has_ideal_instruments =
             sensors.is_none() && computation.is_none() && command_delay.is_none() && dac.is_ideal();
-        let controller = RigController::<C>::pack(|i| &controllers[i]);
+        let controller = RigController::<C>::pack(&|i| &controllers[i]);
         let kind = ChannelKind::of(rig(0));
         let decides = if S::LANES == C::LANES && kind == ChannelKind::Learning {
             Decides::Learning(Box::new(LearningLanes::new(&parameters, &controllers, |i| {
@@ -80,7 +80,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             computation,
             command_delay,
             realization,
-            analog: Analog::pack(&rig),
+            analog: Analog::pack(rig),
             sensors,
             dac,
             sample_rate,

@@ -68,14 +68,14 @@ impl<S: Num> Exponential<S> {
     ///
     /// # Errors
     /// A flow curve that the core refuses.
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
         let cell_gain = |i| rig(i).plant().sensors.force.gain;
         let propagators = (0..S::LANES)
             .map(|i| {
-                let plant = PlainPlant::<f64>::pack(|_| rig(i))?;
+                let plant = PlainPlant::<f64>::pack(&|_| rig(i))?;
                 Ok(match rig(i).controller.realization {
                     Realization::Analog => {
-                        let analog = Analog::pack(|_| rig(i)).through((cell_gain(i), 0.0));
+                        let analog = Analog::pack(&|_| rig(i)).through((cell_gain(i), 0.0));
                         Propagator::new(&plant, &analog, grid.step())
                     }
                     Realization::Digital => Propagator::new(&plant, &Held(0.0), grid.step()),
@@ -83,7 +83,7 @@ impl<S: Num> Exponential<S> {
             })
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
-            plant: PlainPlant::pack(&rig)?,
+            plant: PlainPlant::pack(rig)?,
             propagator: Propagator::pack(|i| &propagators[i]),
             cell_gain: S::from_lanes(cell_gain),
         })

@@ -40,8 +40,8 @@ impl<S: Num> PlainPlant<S> {
     ///
     /// # Errors
     /// A flow curve that the core refuses.
-    pub(crate) fn pack<'a>(rig: impl Fn(usize) -> &'a RigConfig) -> Result<Self> {
-        let rig = |i| rig(i).plant();
+    pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Result<Self> {
+        let rig: &dyn Fn(usize) -> _ = &|i| rig(i).plant();
         Ok(Self {
             pilot_valve: PilotValve::pack(rig),
             spool: Spool::pack(rig),
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn the_plain_plant_has_the_bits_of_the_plant_without_effects() {
         let rig = changed(&[]);
-        let (plain, mut plant) = (PlainPlant::<f64>::pack(|_| &rig).unwrap(), Plant::pack(|_| &rig).unwrap());
+        let (plain, mut plant) = (PlainPlant::<f64>::pack(&|_| &rig).unwrap(), Plant::pack(&|_| &rig).unwrap());
         let mut state = ActuatorState::default();
         // The motion reaches a stop of the spool and the softening of the spring, and returns.
         for n in 0..2048 {

@@ -135,8 +135,8 @@ mod tests {
     #[test]
     fn one_step_gives_the_result_of_many_small_ones() {
         let rig = RigConfig::zhao2005();
-        let plant = PlainPlant::<f64>::pack(|_| &rig).unwrap();
-        let drive = Analog::<f64>::pack(|_| &rig);
+        let plant = PlainPlant::<f64>::pack(&|_| &rig).unwrap();
+        let drive = Analog::<f64>::pack(&|_| &rig);
         let step = 1.0 / 1024.0;
         let propagator = Propagator::new(&plant, &drive, step);
         let start = ActuatorState {
