@@ -94,7 +94,7 @@ header: ## Compare the C header with the sources; `EFT_WRITE_HEADER=1 make heade
 msrv: ## Check eft-core alone with the oldest Rust that its manifest promises, and test its optional features
 	rustup run "$(MSRV)" cargo check --locked --package eft-core --target-dir target/msrv
 	rustup run "$(MSRV)" cargo check --locked --package eft-core --features std --target-dir target/msrv
-	rustup run "$(MSRV)" cargo test --locked --package eft-core --features defmt,serde --test wire --target-dir target/msrv
+	rustup run "$(MSRV)" cargo test --locked --package eft-core --features defmt,serde --test core wire --target-dir target/msrv
 
 firmware: $(VENV)/.importable $(VENV)/.extra-test ## Build the Cortex-M images, run them under QEMU, budgets against measurements
 	# For the loop of OpenSees, rig and processor. If it cannot be installed, the next line names the skipped tests.

@@ -17,3 +17,5 @@ mod protection;
 mod publication;
 mod rig;
 mod saved;
+#[cfg(feature = "serde")]
+mod wire;

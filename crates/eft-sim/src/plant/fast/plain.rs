@@ -181,7 +181,8 @@ mod tests {
     #[test]
     fn the_plain_plant_has_the_bits_of_the_plant_without_effects() {
         let rig = changed(&[]);
-        let (plain, mut plant) = (PlainPlant::<f64>::pack(&|_| &rig).unwrap(), Plant::pack(&|_| &rig).unwrap());
+        let (plain, mut plant) =
+            (PlainPlant::<f64>::pack(&|_| &rig).unwrap(), Plant::pack(&|_| &rig).unwrap());
         let mut state = ActuatorState::default();
         // The motion reaches a stop of the spool and the softening of the spring, and returns.
         for n in 0..2048 {

@@ -1,5 +1,4 @@
-//! Parameters over the wire: `cargo test -p eft-core --features serde --test wire`.
-#![allow(clippy::unwrap_used, clippy::float_cmp)]
+//! Parameters over the wire.
 
 use eft_core::{
     Channel, ConfigError, Input, Learning, Levels, Mode, Parameters, PlausibilityParameters,
