@@ -37,6 +37,7 @@ __all__ = [
     "fine_tune",
     "flow_test",
     "fmu_files",
+    "force_loop_keys",
     "free_vibration",
     "ideal_response",
     "identify_damping",
@@ -594,6 +595,7 @@ def identify_force_loop(
     force: ArrayLike,
     sample_rate: float,
 ) -> list[tuple[float, float]]: ...
+def force_loop_keys(rig: Rig, found: Sequence[float]) -> dict[str, float | bool]: ...
 def identify_damping(
     displacement: ArrayLike, sample_rate: float
 ) -> tuple[float, float, float, float, float]: ...

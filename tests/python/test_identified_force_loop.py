@@ -128,6 +128,26 @@ def test_a_configured_latency_puts_the_force_on_time() -> None:
     np.testing.assert_array_equal(on_time.command, leading.command)
 
 
+def test_an_identified_valve_and_oil_lower_the_force_error() -> None:
+    truth = {
+        "truth.sensors.force.delay": 5,
+        "truth.actuator.compressibility": 1.3 * RIG["actuator.compressibility"],
+        "truth.servovalve.pilot_time_constant": 0.8 * RIG["servovalve.pilot_time_constant"],
+    }
+    found = found_in(swept(truth))
+    known = found.apply(RIG)
+    on_time = RIG.replace({"controller.force_delay": known["controller.force_delay"]})
+    sweep = eft.sine_sweep(4000.0, 0.0, 10.0, duration=8.0, sample_rate=RATE)
+
+    def error(rig: eft.Rig) -> float:
+        run = eft.simulate(rig.replace(truth), sweep)
+        return slow_error(run.command, run.force, RATE)
+
+    assert error(known) < 0.6 * error(on_time)
+    margins = eft.design_force_loop(known).margins
+    assert margins.gain > 1.6 and margins.damping > 0.2 and margins.e_max > 0.2
+
+
 def with_given_gains(rig: eft.Rig) -> eft.Rig:
     """The rig with the gains that are designed for a punctual load cell."""
     gains = eft.design_force_loop(rig).coefficients
@@ -153,11 +173,13 @@ def test_the_command_line_agrees(tmp_path: Path, capsys: pytest.CaptureFixture[s
     run.save(file)
     assert main(["identify", "force-loop", str(file), "--rig", str(rig), "-o", str(output)]) == 0
     assert "latency of the load cell" in capsys.readouterr().out
-    saved = tomllib.loads(output.read_text(encoding="utf-8"))["controller"]["force_delay"]
+    saved = tomllib.loads(output.read_text(encoding="utf-8"))
     # A saved run is read with its true signals.
     signals = run.valve_command, run.spool, run.velocity, run.force
     true = eft.identification.identify_force_loop(RIG, *signals, RATE)
-    assert saved == max(float(true.force_delay), 0.0)
+    keys = {f"{section}.{key}": value for section, of in saved.items() for key, value in of.items()}
+    assert keys == true.keys(RIG)
+    assert true.apply(RIG) == RIG.replace(keys)
     assert main(["identify", "force-loop", str(file), "--rig", str(rig), "--json"]) == 0
     assert '"response_delay_uncertainty"' in capsys.readouterr().out
 

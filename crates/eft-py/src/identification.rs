@@ -1,15 +1,17 @@
 //! Identification from measured arrays, and virtual experiments for such arrays.
 
-use eft_sim::identification::{self, MotionSignals, Recording, TestSignals};
+use eft_sim::identification::{self, Estimate, ForceLoopEstimate, MotionSignals, Recording, TestSignals};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use toml::Value;
 
 use crate::arrays;
 use crate::errors::refuse;
 use crate::flow_table::FlowTable;
 use crate::interruption::interruptible;
 use crate::rig::Rig;
+use crate::values;
 
 /// Return delay, uncertainty, intercept, coherence, frequencies and phase lags.
 #[pyfunction]
@@ -150,6 +152,21 @@ pub(crate) fn identify_force_loop(
     let valve = [found.response_delay, found.pilot_time_constant];
     let all = [found.force_delay, found.spool_delay, valve[0], valve[1], found.compressibility];
     Ok(all.map(|one| (one.value, one.uncertainty)))
+}
+
+/// Return the keys of a rig that take the values of `identify_force_loop`.
+#[pyfunction]
+pub(crate) fn force_loop_keys<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    found: [f64; 5],
+) -> PyResult<Bound<'py, PyAny>> {
+    let [force_delay, spool_delay, response_delay, pilot_time_constant, compressibility] =
+        found.map(|value| Estimate { value, uncertainty: 0.0 });
+    let found =
+        ForceLoopEstimate { force_delay, spool_delay, response_delay, pilot_time_constant, compressibility };
+    let keys = found.keys(&rig.config).map(|(key, value)| (key.to_owned(), value));
+    values::to_python(py, &Value::Table(keys.into_iter().collect()))
 }
 
 /// Return damping ratio and uncertainty, natural frequency (Hz) and uncertainty, and the logarithmic decrement.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 from numpy.typing import ArrayLike
 
@@ -27,7 +27,11 @@ class ForceLoopEstimate:
     """Compressibility of the oil, m³/Pa."""
 
     def apply(self, rig: Rig) -> Rig:
-        """Return the rig with this latency of the load cell, and with none if the estimate is negative.
+        """Return the rig with valve, oil and latency of the load cell as found.
+
+        A negative latency becomes none. `controller.identified_plant` becomes true, so that a designed loop
+        allows for smaller errors of valve and oil. A configured friction keeps its flow, which the
+        compressibility scales.
 
         Parameters
         ----------
@@ -54,7 +58,32 @@ class ForceLoopEstimate:
         >>> f"{1e3 * found.apply(rig)['controller.force_delay']:.1f} ms"
         '1.0 ms'
         """
-        return rig.replace({"controller.force_delay": max(float(self.force_delay), 0.0)})
+        return rig.replace(self.keys(rig))
+
+    def keys(self, rig: Rig) -> dict[str, float | bool]:
+        """Return the keys that `apply` changes, with their values.
+
+        Parameters
+        ----------
+        rig : Rig
+            The rig to be changed.
+
+        Returns
+        -------
+        dict
+
+        Examples
+        --------
+        >>> import eft
+        >>> rig = eft.Rig.zhao2005().replace({"controller.force_loop": "robust"})
+        >>> sweep = eft.sine_sweep(2200.0, 0.0, 40.0, duration=16.0, sample_rate=4096.0)
+        >>> run = eft.simulate(rig, sweep)
+        >>> signals = run.valve_command, run.measured_spool, run.measured_velocity, run.measured_force
+        >>> found = eft.identification.identify_force_loop(rig, *signals, 4096.0)
+        >>> found.keys(rig)["controller.identified_plant"]
+        True
+        """
+        return _native.force_loop_keys(rig, astuple(self))
 
 
 def identify_force_loop(

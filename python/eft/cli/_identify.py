@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -27,6 +29,15 @@ from eft.traces._write import check_folder
 )
 def identify() -> None:
     """Find parameters of a rig in CSV, MAT, HDF5 or Parquet files, whose columns name their units."""
+
+
+def _toml(keys: Mapping[str, float | bool]) -> str:
+    """Keys of two parts as sections of a rig file."""
+    sections: dict[str, list[str]] = {}
+    for key, value in keys.items():
+        section, name = key.split(".")
+        sections.setdefault(section, []).append(f"{name} = {json.dumps(value)}\n")
+    return "\n".join(f"[{section}]\n{''.join(lines)}" for section, lines in sections.items())
 
 
 def _area(piston_area: float | None, rig: Path | None) -> float:
@@ -253,7 +264,7 @@ def friction(file: Path, rig: Path, output: Path | None, as_json: bool, **data: 
 )
 @click.argument("file", type=FILE)
 @click.option("--rig", type=FILE, required=True, help="Rig file, with the overlap.")
-@click.option("-o", "--output", type=FILE, help="TOML file for the latency, ready for a rig file.")
+@click.option("-o", "--output", type=FILE, help="TOML file for valve, oil and latency, ready for a rig file.")
 @data_options
 @as_json
 def force_loop(file: Path, rig: Path, output: Path | None, as_json: bool, **data: Any) -> None:
@@ -264,7 +275,7 @@ def force_loop(file: Path, rig: Path, output: Path | None, as_json: bool, **data
     signals = traces["valve_command"], traces["spool"], traces["velocity"], traces["force"]
     found = eft.identification.identify_force_loop(read_rig(rig, {}), *signals, traces.sample_rate)
     if output is not None:
-        write_text(output, f"[controller]\nforce_delay = {max(float(found.force_delay), 0.0)!r}\n")
+        write_text(output, _toml(found.keys(read_rig(rig, {}))))
     if as_json:
         names = [one.name for one in fields(found)]
         answer: dict[str, Any] = {name: float(getattr(found, name)) for name in names}

@@ -47,6 +47,7 @@ impl RigConfig {
             cell_bandwidth: sensor.bandwidth,
             delay: sensor.delay + self.dac.delay,
             latency: 0.0,
+            identified: self.controller.identified_plant,
             sample_rate: self.controller.sample_rate,
         }
     }

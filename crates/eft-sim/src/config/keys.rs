@@ -81,6 +81,7 @@ pub static KEYS: &[Key] = &[
     key("controller.integral_gain", "1/s", Float(0.0, 1e6), float(0.0), "integral gain G_i of a digital force loop, against a null bias; 0 for none"),
     key("controller.realization", "", Choice(Realization::WORDS), Need::Default(Preset::Text("analog")), "where the force loop runs: in continuous time or sampled"),
     key("controller.force_loop", "", Choice(ForceLoop::WORDS), Need::Default(Preset::Text("pd")), "gains of the force loop: the configured ones, or designed from the rig to damp the oil column; the designed loop is digital"),
+    key("controller.identified_plant", "", Bool, OFF, "whether pilot time constant and oil were identified on this rig; a designed force loop then allows for smaller errors of both"),
     key("controller.sample_rate", "Hz", Float(1.0, 1e6), Required, "sample rate for a command without its own"),
     key("controller.velocity_source", "", Choice(VelocitySource::WORDS), Need::Default(Preset::Text("sensor")), "source of the velocity: its sensor, the displacement's derivative, an observer of displacement and force, or an observer of displacement and acceleration"),
     key("controller.force_delay", "s", Float(0.0, 0.1), float(0.0), "known latency of the load cell; the command is played this much later, so that the force is on time"),

@@ -38,6 +38,8 @@ pub struct HeldPiston {
     pub delay: u32,
     /// Known latency of the load cell (s) besides its bandwidth and this delay.
     pub latency: f64,
+    /// Whether pilot time constant and compressibility are identified on this rig.
+    pub identified: bool,
     /// Sample rate (Hz).
     pub sample_rate: f64,
 }

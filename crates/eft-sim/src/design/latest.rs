@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 use super::force_loop::ForceLoop;
 use super::held_piston::HeldPiston;
-use super::known_latency::search;
+use super::known_rig::search;
 use crate::error::Result;
 
 /// Number of designs that are kept, enough for a map with the sample rate along an axis.

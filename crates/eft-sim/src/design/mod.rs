@@ -4,7 +4,7 @@
 
 mod force_loop;
 mod held_piston;
-mod known_latency;
+mod known_rig;
 mod latest;
 mod phase_delay;
 mod velocity_estimate;

@@ -7,6 +7,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use toml::Value;
+
 use super::Estimate;
 use super::flow_balance::{FlowBalance, MotionSignals};
 use super::gaps::check;
@@ -45,6 +47,25 @@ pub struct ForceLoopEstimate {
     pub pilot_time_constant: Estimate,
     /// Compressibility of the oil (m³/Pa).
     pub compressibility: Estimate,
+}
+
+impl ForceLoopEstimate {
+    /// The keys of a rig that take these values. A friction keeps its flow, which the compressibility scales.
+    pub fn keys(&self, rig: &RigConfig) -> [(&'static str, Value); 6] {
+        let (valve, actuator) = (&rig.servovalve, &rig.actuator);
+        let pilot_flow_gain = valve.spool_area / (valve.spool_sensitivity * self.response_delay.value);
+        let compressibility =
+            self.compressibility.value + actuator.compressibility - rig.measured_compressibility();
+        let friction = actuator.friction * actuator.compressibility / compressibility;
+        [
+            ("controller.force_delay", self.force_delay.value.max(0.0).into()),
+            ("controller.identified_plant", true.into()),
+            ("servovalve.pilot_time_constant", self.pilot_time_constant.value.into()),
+            ("servovalve.pilot_flow_gain", pilot_flow_gain.into()),
+            ("actuator.compressibility", compressibility.into()),
+            ("actuator.friction", friction.into()),
+        ]
+    }
 }
 
 /// Valve, oil and latencies from a test, with the signals as the controller samples them at a rate (Hz). A sweep from 0

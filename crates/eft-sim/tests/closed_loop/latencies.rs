@@ -38,6 +38,29 @@ fn the_sensors_latencies_are_separated_from_the_valve() {
 }
 
 #[test]
+fn a_rig_takes_what_was_found() {
+    let found = found(&swept(&[("truth.sensors.force.delay", 3.into())], 40.0)).unwrap();
+    let given = rig(&[
+        ("actuator.friction", 200.0.into()),
+        ("actuator.attachment_stiffness", 1e9.into()),
+        ("sensors.motion_at", "structure".into()),
+    ]);
+    let known = given.replace(&found.keys(&given)).unwrap();
+    assert_eq!(known.controller.force_delay, found.force_delay.value);
+    assert_eq!(known.servovalve.pilot_time_constant, found.pilot_time_constant.value);
+    let valve = &known.servovalve;
+    let delay = valve.spool_area / (valve.spool_sensitivity * valve.pilot_flow_gain);
+    assert!((delay / found.response_delay.value - 1.0).abs() < 1e-12);
+    // The measured motion includes that of the attachment.
+    let attachment = known.actuator.piston_area.powi(2) / 1e9;
+    let oil = known.actuator.compressibility;
+    assert!(((oil + attachment) / found.compressibility.value - 1.0).abs() < 1e-12);
+    let flow = |rig: &RigConfig| rig.actuator.friction * rig.actuator.compressibility;
+    assert!((flow(&known) / flow(&given) - 1.0).abs() < 1e-12);
+    assert!(known.controller.identified_plant);
+}
+
+#[test]
 fn a_test_without_these_frequencies_is_refused() {
     let noise = ("truth.sensors.force.noise", 100.0.into());
     let refused = found(&swept(&[noise], 5.0)).unwrap_err().to_string();

@@ -17,6 +17,8 @@ section! {
         pub realization: Realization,
         /// Where its gains come from.
         pub force_loop: ForceLoop,
+        /// Whether the pilot time constant and the compressibility were identified on this rig.
+        pub identified_plant: bool,
         /// Sample rate for a command without its own, Hz.
         pub sample_rate: f64,
         /// Where the compensation's velocity comes from.

@@ -20,6 +20,7 @@ pub(in crate::design) fn zhao2005() -> HeldPiston {
         cell_bandwidth: None,
         delay: 0,
         latency: 0.0,
+        identified: false,
         sample_rate: 4096.0,
     }
 }

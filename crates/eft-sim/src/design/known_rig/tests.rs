@@ -83,3 +83,53 @@ fn a_latency_without_a_damped_loop_is_refused() {
     let error = search(&HeldPiston { latency: 9e-3, ..zhao2005() }).unwrap_err().to_string();
     assert!(error.starts_with("controller.force_delay + dac.delay = 37: "), "{error}");
 }
+
+#[test]
+fn an_identified_rig_gets_larger_gains_that_damp_every_error_of_the_identification() {
+    for plant in sizes() {
+        for milliseconds in [0.0, 0.5, 1.0, 1.5, 1.9] {
+            let known = HeldPiston { latency: 1e-3 * milliseconds, identified: true, ..plant.clone() };
+            let data_sheet = search(&HeldPiston { identified: false, ..known.clone() }).unwrap();
+            let designed = search(&known).unwrap();
+            let share = designed.proportional_gain / data_sheet.proportional_gain;
+            assert!((1.2..2.2).contains(&share), "{milliseconds}: {share}");
+            let margins = designed.margins().unwrap();
+            let (gain, e_max) = if milliseconds == 0.0 { (5.0, 0.3) } else { (1.6, 0.2) };
+            assert!(margins.damping >= 0.2 && margins.gain >= gain && margins.e_max >= e_max, "{margins:?}");
+            let least = if milliseconds > 1.0 { LATE_DAMPING } else { LEAST_DAMPING };
+            for oil in [0.8, 1.0, 1.2] {
+                for pilot in [0.8, 1.0, 1.25] {
+                    for gain in [0.9, 1.1] {
+                        let other = HeldPiston {
+                            compressibility: known.compressibility / oil,
+                            pilot_time_constant: known.pilot_time_constant * pilot,
+                            flow_gain: known.flow_gain * gain,
+                            ..known.clone()
+                        };
+                        let damping = other.sampled().damping(designed.gains()).unwrap();
+                        let case = format!("{milliseconds} {oil} {pilot} {gain}");
+                        assert!(damping > 0.99 * least, "{case}: {damping}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn identified_rigs_near_three_sizes_get_a_loop_with_margins() {
+    for plant in sizes() {
+        for bits in 0..8 {
+            let factor = |bit: u32| if bits >> bit & 1 == 1 { 1.3 } else { 0.7 };
+            let near = HeldPiston {
+                compressibility: factor(0) * plant.compressibility,
+                pilot_time_constant: factor(1) * plant.pilot_time_constant,
+                flow_gain: factor(2) * plant.flow_gain,
+                identified: true,
+                ..plant.clone()
+            };
+            let margins = search(&near).unwrap().margins().unwrap();
+            assert!(margins.damping >= 0.2 && margins.gain >= 3.0, "{margins:?}");
+        }
+    }
+}
