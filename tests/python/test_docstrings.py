@@ -41,6 +41,7 @@ CLASSES = {name: thing for name, thing in THINGS.items() if inspect.isclass(thin
 NEVER_REFUSE = {
     "Comparison.table",
     "DriveIteration.plot",
+    "ForceLoopEstimate.keys",
     "ForceLoopTuning.margin_at",
     "ForceLoopTuning.plot",
     "Rig.to_toml",
