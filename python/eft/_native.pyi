@@ -46,6 +46,7 @@ __all__ = [
     "identify_flow_gain",
     "identify_force_loop",
     "identify_friction",
+    "identify_load_cell",
     "identify_overlap",
     "inverse_dynamics",
     "judge_test",
@@ -594,6 +595,13 @@ def identify_force_loop(
     velocity: ArrayLike,
     force: ArrayLike,
     sample_rate: float,
+) -> list[tuple[float, float]]: ...
+def identify_load_cell(
+    rig: Rig,
+    signals: Sequence[ArrayLike],
+    sample_rate: float,
+    gain_uncertainty: float,
+    mass_uncertainty: float,
 ) -> list[tuple[float, float]]: ...
 def force_loop_keys(rig: Rig, found: Sequence[float]) -> dict[str, float | bool]: ...
 def identify_damping(

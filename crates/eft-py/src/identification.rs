@@ -1,6 +1,8 @@
 //! Identification from measured arrays, and virtual experiments for such arrays.
 
-use eft_sim::identification::{self, Estimate, ForceLoopEstimate, MotionSignals, Recording, TestSignals};
+use eft_sim::identification::{
+    self, Estimate, ForceLoopEstimate, MotionSignals, Recording, SpecimenSignals, TestSignals,
+};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -167,6 +169,35 @@ pub(crate) fn force_loop_keys<'py>(
         ForceLoopEstimate { force_delay, spool_delay, response_delay, pilot_time_constant, compressibility };
     let keys = found.keys(&rig.config).map(|(key, value)| (key.to_owned(), value));
     values::to_python(py, &Value::Table(keys.into_iter().collect()))
+}
+
+/// Return the gain of the load cell and the ratios of the gains of force, velocity and displacement, each with its
+/// uncertainty.
+#[pyfunction]
+pub(crate) fn identify_load_cell(
+    py: Python<'_>,
+    rig: &Rig,
+    signals: [Bound<'_, PyAny>; 3],
+    sample_rate: f64,
+    gain_uncertainty: f64,
+    mass_uncertainty: f64,
+) -> PyResult<[(f64, f64); 3]> {
+    let [displacement, velocity, force] = signals;
+    let (displacement, velocity) =
+        (arrays::vector("displacement", &displacement)?, arrays::vector("velocity", &velocity)?);
+    let force = arrays::vector("force", &force)?;
+    let found = interruptible(py, || {
+        let signals = SpecimenSignals { displacement: &displacement, velocity: &velocity, force: &force };
+        identification::identify_load_cell(
+            &rig.config,
+            signals,
+            sample_rate,
+            gain_uncertainty,
+            mass_uncertainty,
+        )
+    })?;
+    Ok([found.gain, found.force_over_velocity, found.velocity_over_displacement]
+        .map(|one| (one.value, one.uncertainty)))
 }
 
 /// Return damping ratio and uncertainty, natural frequency (Hz) and uncertainty, and the logarithmic decrement.

@@ -89,6 +89,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(identification::identify_friction, module)?)?;
     module.add_function(wrap_pyfunction!(identification::identify_force_loop, module)?)?;
     module.add_function(wrap_pyfunction!(identification::force_loop_keys, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::identify_load_cell, module)?)?;
     module.add_function(wrap_pyfunction!(identification::identify_damping, module)?)?;
     module.add_function(wrap_pyfunction!(identification::fine_tune, module)?)?;
     module.add_function(wrap_pyfunction!(identification::valve_test, module)?)?;

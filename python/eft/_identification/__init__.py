@@ -7,6 +7,7 @@ from eft._identification._fine_tuning import FineTuning, fine_tune
 from eft._identification._flow import identify_flow_curve, identify_flow_gain
 from eft._identification._force_loop import ForceLoopEstimate, identify_force_loop
 from eft._identification._friction import FrictionEstimate, identify_friction
+from eft._identification._load_cell import LoadCellEstimate, identify_load_cell
 from eft._identification._overlap import OverlapEstimate, identify_overlap
 from eft._identification._virtual_tests import FlowTest, ValveTest, flow_test, free_vibration, valve_test
 
@@ -18,6 +19,7 @@ __all__ = [
     "FlowTest",
     "ForceLoopEstimate",
     "FrictionEstimate",
+    "LoadCellEstimate",
     "OverlapEstimate",
     "ValveTest",
     "fine_tune",
@@ -29,6 +31,7 @@ __all__ = [
     "identify_flow_gain",
     "identify_force_loop",
     "identify_friction",
+    "identify_load_cell",
     "identify_overlap",
     "valve_test",
 ]

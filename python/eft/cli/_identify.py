@@ -298,6 +298,43 @@ def force_loop(file: Path, rig: Path, output: Path | None, as_json: bool, **data
 
 
 @identify.command(
+    "load-cell",
+    short_help="Find the gain of the load cell, by the specimen's inertia.",
+    epilog=epilog("eft identify load-cell sweep.csv --rig rig.toml --mass-uncertainty 0.002"),
+)
+@click.argument("file", type=FILE)
+@click.option("--rig", type=FILE, required=True, help="Rig file, with the specimen.")
+@click.option("--gain-uncertainty", type=float, default=0.01, help="Of each sensor's gain, as a share.")
+@click.option("--mass-uncertainty", type=float, default=0.0, help="Of the specimen's mass, as a share.")
+@data_options
+@as_json
+def load_cell(
+    file: Path, rig: Path, gain_uncertainty: float, mass_uncertainty: float, as_json: bool, **data: Any
+) -> None:
+    """Find the gain of the load cell in a sweep to 40 Hz with the whole rig in FILE."""
+    traces = read_data(file, rig=rig, **data)
+    signals = traces["displacement"], traces["velocity"], traces["force"]
+    found = eft.identification.identify_load_cell(
+        read_rig(rig, {}),
+        *signals,
+        traces.sample_rate,
+        gain_uncertainty=gain_uncertainty,
+        mass_uncertainty=mass_uncertainty,
+    )
+    names = [one.name for one in fields(found)]
+    if as_json:
+        answer: dict[str, Any] = {name: float(getattr(found, name)) for name in names}
+        emit_json(answer | {f"{name}_uncertainty": getattr(found, name).uncertainty for name in names})
+        return
+    titles = ("gain of the load cell", "load cell over velocity", "velocity over displacement")
+    rows = [
+        (title, *(f"{one:.4f}" for one in _both(getattr(found, name))))
+        for title, name in zip(titles, names, strict=True)
+    ]
+    click.echo(table(rows, ("", "found", "±")))
+
+
+@identify.command(
     short_help="Find damping ratio and natural frequency.",
     epilog=epilog("eft identify damping release.csv --start 1.2"),
 )

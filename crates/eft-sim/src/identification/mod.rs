@@ -16,6 +16,7 @@ mod force_loop;
 mod friction;
 mod gaps;
 mod least_squares;
+mod load_cell;
 mod overlap;
 
 pub use damping::{DampingEstimate, identify_damping};
@@ -27,6 +28,7 @@ pub use flow_curve::{FlowCurveEstimate, Recording, identify_flow_curve, identify
 pub use flow_differences::flow_curve_by_differences;
 pub use force_loop::{ForceLoopEstimate, identify_force_loop};
 pub use friction::{FrictionEstimate, identify_friction};
+pub use load_cell::{LoadCellEstimate, SpecimenSignals, identify_load_cell};
 pub use overlap::{OverlapEstimate, identify_overlap};
 
 /// A number and its standard uncertainty, in the same unit.

@@ -1,0 +1,190 @@
+//! Gain of the load cell, from a test of the whole rig against the specimen's inertia.
+//!
+//! Well above its natural frequency a specimen of known mass moves by `v = F/(m·s + c + k/s)`, and the displacement is
+//! `v/s`. The measured signals give the ratios of the gains of force, velocity and displacement. With all three gains
+//! equally uncertain, the load cell's is the one that makes the three errors smallest.
+
+use std::f64::consts::TAU;
+
+use super::Estimate;
+use super::gaps::check;
+use super::least_squares::least_squares;
+use crate::checks;
+use crate::config::{RigConfig, StructureKind};
+use crate::error::{Error, Result};
+use crate::fourier::{Complex64, spectrum};
+
+/// Least duration (s).
+const LEAST_DURATION: f64 = 4.0;
+/// The inertia's band: from this multiple of the natural frequency, where the stiffness takes 6 % of the force, and at
+/// least from the frequency (Hz), to a frequency (Hz) that hardly any sensor attenuates.
+const ABOVE_RESONANCE: f64 = 4.0;
+const INERTIA_BAND: (f64, f64) = (8.0, 35.0);
+/// Frequencies (Hz) at which displacement and velocity are both known well.
+const MOTION_BAND: (f64, f64) = (0.5, 10.0);
+/// Ratios of two gains beyond which a unit or a sign is wrong.
+const RATIOS: (f64, f64) = (0.7, 1.4);
+/// Largest uncertainty of a ratio; with more the test lacks the frequencies.
+const LARGEST_UNCERTAINTY: f64 = 0.05;
+/// Steps of the delay between two signals.
+const ITERATIONS: usize = 4;
+
+/// Gains of the sensors, from each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadCellEstimate {
+    /// Reading over force (1) of the load cell.
+    pub gain: Estimate,
+    /// Gain of the load cell over that of the velocity sensor (1), for the configured mass.
+    pub force_over_velocity: Estimate,
+    /// Gain of the velocity sensor over that of the displacement sensor (1).
+    pub velocity_over_displacement: Estimate,
+}
+
+/// Measured signals of a moving specimen, sample by sample.
+#[derive(Debug, Clone, Copy)]
+pub struct SpecimenSignals<'a> {
+    /// Displacement (m).
+    pub displacement: &'a [f64],
+    /// Velocity (m/s).
+    pub velocity: &'a [f64],
+    /// Force (N).
+    pub force: &'a [f64],
+}
+
+/// The gain of a rig's load cell from a test sampled at a rate (Hz), best a sweep from 0 to 40 Hz.
+///
+/// `gain_uncertainty` (1) is that of each sensor's gain before the test, `mass_uncertainty` (1) that of
+/// `structure.mass`, both as standard deviations.
+///
+/// # Errors
+/// Unequal, too short or incomplete signals, uncertainties that are not positive, a building, a natural frequency above
+/// 8.75 Hz, a test without these frequencies, or signals that no gain near one explains.
+pub fn identify_load_cell(
+    rig: &RigConfig,
+    signals: SpecimenSignals<'_>,
+    sample_rate: f64,
+    gain_uncertainty: f64,
+    mass_uncertainty: f64,
+) -> Result<LoadCellEstimate> {
+    let SpecimenSignals { displacement, velocity, force } = signals;
+    checks::sample_rate("sample_rate", sample_rate)?;
+    let least = (LEAST_DURATION * sample_rate).ceil() as usize;
+    check(("force", "velocity"), (force.len(), velocity.len()), least)?;
+    check(("force", "displacement"), (force.len(), displacement.len()), least)?;
+    for (name, signal) in [("displacement", displacement), ("velocity", velocity), ("force", force)] {
+        checks::signal(name, signal)?;
+    }
+    for (name, value, positive) in
+        [("gain_uncertainty", gain_uncertainty, true), ("mass_uncertainty", mass_uncertainty, false)]
+    {
+        if !(0.0..=1.0).contains(&value) || (positive && value == 0.0) {
+            return Err(Error::value(
+                name,
+                value,
+                "must be a share above 0 and at most 1, or 0 for the mass",
+            ));
+        }
+    }
+    let structure = &rig.structure;
+    if structure.kind == StructureKind::ShearBuilding {
+        let allowed = "must have one story, whose mass the force accelerates alone";
+        return Err(Error::value("structure.kind", "\"shear_building\"", allowed));
+    }
+    let natural = (structure.stiffness / structure.mass).sqrt() / TAU;
+    let band = (INERTIA_BAND.0.max(ABOVE_RESONANCE * natural), INERTIA_BAND.1);
+    if band.0 >= band.1 {
+        let allowed = format!("must be below {} Hz for this test", INERTIA_BAND.1 / ABOVE_RESONANCE);
+        return Err(Error::value("natural frequency of the structure in Hz", natural, allowed));
+    }
+    let [displacement, velocity, force] = [spectrum(displacement)?, spectrum(velocity)?, spectrum(force)?];
+    let width = sample_rate / signals.force.len() as f64;
+    // The mass between cell and piston is before the cell.
+    let mass = structure.mass - rig.sensors.cell_mass.unwrap_or(0.0);
+    let impedance = |s: Complex64| s * mass + structure.damping + Complex64::from(structure.stiffness) / s;
+    // The noise of the slower signal counts least as the target.
+    let moved = ratio("velocity", &velocity, width, band, |k, s| force[k] / impedance(s))?;
+    let shifted = ratio("displacement", &displacement, width, MOTION_BAND, |k, s| velocity[k] / s)?;
+    let inverse = |one: Estimate| Estimate {
+        value: 1.0 / one.value,
+        uncertainty: one.uncertainty / (one.value * one.value),
+    };
+    let (force_over_velocity, velocity_over_displacement) = (inverse(moved), inverse(shifted));
+    let gain =
+        most_likely(force_over_velocity, velocity_over_displacement, gain_uncertainty, mass_uncertainty);
+    Ok(LoadCellEstimate { gain, force_over_velocity, velocity_over_displacement })
+}
+
+/// The real factor of a signal over a model of it (per frequency in bins and rad/s), apart from a delay.
+fn ratio(
+    name: &str,
+    signal: &[Complex64],
+    width: f64,
+    (low, high): (f64, f64),
+    model: impl Fn(usize, Complex64) -> Complex64,
+) -> Result<Estimate> {
+    let bins = (low / width).ceil() as usize..=((high / width).floor() as usize).min(signal.len() - 1);
+    let mut delay = 0.0;
+    let mut found = None;
+    for _ in 0..ITERATIONS {
+        let rows = bins.clone().map(|k| {
+            let s = Complex64::new(0.0, TAU * width * k as f64);
+            let modelled = model(k, s) * (-s * delay).exp();
+            ([modelled, -s * modelled], signal[k])
+        });
+        found = least_squares::<2>(rows);
+        let Some([factor, later]) = found else { break };
+        delay += later.value / factor.value;
+    }
+    let Some([factor, _]) =
+        found.filter(|[factor, _]| factor.uncertainty < LARGEST_UNCERTAINTY * factor.value.abs())
+    else {
+        let allowed = format!("must move with the force from {low:.3} to {high} Hz: run a sweep to 40 Hz");
+        return Err(Error::value(name, "without a clear motion", allowed));
+    };
+    if !(RATIOS.0..RATIOS.1).contains(&factor.value) {
+        let found = format!("{:.2} times as large as expected", factor.value);
+        return Err(Error::value(
+            name,
+            found,
+            "must be that of this rig: check gains, units, signs and the mass",
+        ));
+    }
+    Ok(factor)
+}
+
+/// The load cell's gain with the smallest squares of all errors in their uncertainties, in logarithms of the gains.
+fn most_likely(over_velocity: Estimate, velocity_over: Estimate, gain: f64, mass: f64) -> Estimate {
+    let relative = |one: Estimate| one.uncertainty / one.value;
+    // Both ratios to the load cell share the noise of the first and the error of the mass.
+    let common = mass * mass + relative(over_velocity).powi(2);
+    let variances = [gain * gain, gain * gain + relative(velocity_over).powi(2)];
+    let first = over_velocity.value.ln();
+    let logarithms = [first, first + velocity_over.value.ln()];
+    let weight: f64 = variances.iter().map(|one| one.recip()).sum();
+    let sum: f64 = logarithms.iter().zip(&variances).map(|(one, variance)| one / variance).sum();
+    let shared = 1.0 + common * weight;
+    let precision = shared / (gain * gain) + weight;
+    let value = (sum / precision).exp();
+    Estimate { value, uncertainty: value * (shared / precision).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_uncertainties_share_the_errors_equally() {
+        let exact = |value: f64| Estimate { value, uncertainty: 0.0 };
+        // Gains of 1.02 (force), 1.00 (velocity) and 0.99 (displacement).
+        let found = most_likely(exact(1.02), exact(1.0 / 0.99), 0.01, 0.0);
+        let expected = (1.02_f64.powi(2) / 0.99).powf(1.0 / 3.0);
+        assert!((found.value / expected - 1.0).abs() < 1e-12, "{found:?}");
+        assert!((found.uncertainty / found.value - 0.01 / 3.0_f64.sqrt()).abs() < 1e-12, "{found:?}");
+        // An unknown mass says nothing about the gain.
+        let unknown = most_likely(exact(1.02), exact(1.0), 0.01, 1e6);
+        assert!(
+            (unknown.value - 1.0).abs() < 1e-9 && (unknown.uncertainty - 0.01).abs() < 1e-9,
+            "{unknown:?}"
+        );
+    }
+}

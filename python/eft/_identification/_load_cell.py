@@ -1,0 +1,84 @@
+"""Gain of the load cell from a test of the whole rig, against the specimen's inertia."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from eft import _native
+from eft._identification._estimate import Estimate
+from eft._native import Rig
+
+
+@dataclass(frozen=True)
+class LoadCellEstimate:
+    """Gains of the sensors, from each other."""
+
+    gain: Estimate
+    """Reading of the load cell over the force; divide the calibration of the load cell by it."""
+    force_over_velocity: Estimate
+    """Gain of the load cell over that of the velocity sensor, for the configured mass."""
+    velocity_over_displacement: Estimate
+    """Gain of the velocity sensor over that of the displacement sensor."""
+
+
+def identify_load_cell(
+    rig: Rig,
+    displacement: ArrayLike,
+    velocity: ArrayLike,
+    force: ArrayLike,
+    sample_rate: float,
+    *,
+    gain_uncertainty: float = 0.01,
+    mass_uncertainty: float = 0.0,
+) -> LoadCellEstimate:
+    """Find the gain of the load cell in a test, preferably a sweep from 0 to 40 Hz.
+
+    From four times the natural frequency to 35 Hz the inertia takes nearly the whole force, so a known mass
+    compares force and velocity. Displacement and velocity are compared from 0.5 to 10 Hz. If the gains of all
+    three sensors are equally uncertain, the most likely gain of the load cell shares the errors among them.
+    Without noise its uncertainty is that of one gain over √3. Latencies of the sensors have no effect.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig as configured, with mass, damping and stiffness of the specimen.
+    displacement : array_like
+        Displacement in m, one dimension, without gaps.
+    velocity : array_like
+        Velocity in m/s.
+    force : array_like
+        Measured force in N.
+    sample_rate : float
+        In Hz.
+    gain_uncertainty : float
+        Standard deviation of each sensor's gain before the test, as a share.
+    mass_uncertainty : float
+        Standard deviation of `structure.mass`, as a share.
+
+    Returns
+    -------
+    LoadCellEstimate
+        The uncertainties cover random errors and the two given ones.
+
+    Raises
+    ------
+    ValueError
+        If a signal is short or has gaps, an uncertainty is out of range, the structure is a building or has
+        a natural frequency above 8.75 Hz, the test lacks these frequencies, or a unit or a sign is wrong.
+
+    Examples
+    --------
+    >>> import eft
+    >>> rig = eft.Rig.zhao2005().replace({"controller.force_loop": "robust"})
+    >>> sweep = eft.sine_sweep(8900.0, 0.0, 40.0, duration=16.0, sample_rate=4096.0)
+    >>> run = eft.simulate(rig.replace({"truth.sensors.force.gain": 1.03}), sweep)
+    >>> signals = run.measured_displacement, run.measured_velocity, run.measured_force
+    >>> found = eft.identification.identify_load_cell(rig, *signals, 4096.0)
+    >>> round(found.force_over_velocity, 2), round(found.gain, 2)
+    (1.03, 1.02)
+    """
+    signals = displacement, velocity, force
+    found = _native.identify_load_cell(rig, signals, sample_rate, gain_uncertainty, mass_uncertainty)
+    return LoadCellEstimate(*(Estimate(*one) for one in found))
