@@ -1,6 +1,7 @@
 """What a force loop depends on, identified from a sweep, and the use of the load cell's latency."""
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -113,6 +114,13 @@ def test_the_fit_of_the_valve_is_scipys() -> None:
     assert found.pilot_time_constant == pytest.approx(1e-3 * p[2] / p[1], abs=1e-8)
 
 
+def test_an_uncertain_estimate_identifies_no_plant() -> None:
+    found = found_in(swept())
+    assert found.keys(RIG)["controller.identified_plant"] is True
+    oil = eft.identification.Estimate(float(found.compressibility), 0.11 * found.compressibility)
+    assert replace(found, compressibility=oil).keys(RIG)["controller.identified_plant"] is False
+
+
 def test_a_configured_latency_puts_the_force_on_time() -> None:
     late = {"truth.sensors.force.delay": 6}
     # Its reading is on time, so the force leads by the latency.
@@ -133,6 +141,7 @@ def test_an_identified_valve_and_oil_lower_the_force_error() -> None:
         "truth.sensors.force.delay": 5,
         "truth.actuator.compressibility": 1.3 * RIG["actuator.compressibility"],
         "truth.servovalve.pilot_time_constant": 0.8 * RIG["servovalve.pilot_time_constant"],
+        "truth.servovalve.pilot_flow_gain": RIG["servovalve.pilot_flow_gain"],
     }
     found = found_in(swept(truth))
     known = found.apply(RIG)

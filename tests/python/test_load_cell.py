@@ -19,6 +19,7 @@ BUILDING = RIG.replace(
         "structure.stories.stiffnesses": [2e6, 2e6],
     }
 )
+DAMPED = RIG.replace({"structure.power_damper.coefficient": 1e4, "structure.power_damper.exponent": 0.3})
 SWEEP = eft.sine_sweep(8900.0, 0.0, 40.0, duration=16.0, sample_rate=RATE)
 SENSORS = {
     "force.noise": 78.0,
@@ -77,6 +78,27 @@ def test_the_command_line_agrees(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert found["gain_uncertainty"] == pytest.approx(own.gain.uncertainty, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("changes", "seconds"),
+    [
+        ({}, 4.0),
+        ({"structure.kind": "linear", "structure.stiffness": 7040.0 * (2 * np.pi * 6.0) ** 2}, 16.0),
+        ({"actuator.attachment_stiffness": 1e9}, 16.0),
+        ({"sensors.force.bandwidth": 100.0, "sensors.velocity.bandwidth": 60.0}, 16.0),
+    ],
+)
+def test_ends_attachment_and_bandwidths_of_the_rig_are_no_errors(
+    changes: dict[str, object], seconds: float
+) -> None:
+    rig = RIG.replace({"controller.force_loop": "pd"} | changes)
+    run = eft.simulate(rig, SWEEP)
+    last = int(seconds * RATE)
+    signals = run.measured_displacement[:last], run.measured_velocity[:last], run.measured_force[:last]
+    found = eft.identification.identify_load_cell(rig, *signals, RATE)
+    assert found.force_over_velocity == pytest.approx(1.0, abs=3e-3)
+    assert found.velocity_over_displacement == pytest.approx(1.0, abs=1e-3)
+
+
 def test_an_unknown_mass_widens_the_uncertainty(
     measured: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> None:
@@ -108,6 +130,12 @@ def test_what_is_no_such_test_is_refused(measured: tuple[np.ndarray, np.ndarray,
         identify(RIG, displacement, -velocity, -force, RATE)
     with pytest.raises(ValueError, match="run a sweep to 40 Hz"):
         identify(RIG, displacement, np.random.default_rng(1).normal(size=force.size), force, RATE)
+    with pytest.raises(ValueError, match="sample_rate = 60: must be at least 80 Hz"):
+        identify(RIG, displacement, velocity, force, 60.0)
+    with pytest.raises(ValueError, match="power_damper"):
+        identify(DAMPED, displacement, velocity, force, RATE)
+    with pytest.raises(ValueError, match="attachment_play"):
+        identify(RIG.replace({"actuator.attachment_play": 1e-5}), displacement, velocity, force, RATE)
     with pytest.raises(ValueError, match="gain_uncertainty = 0"):
         identify(RIG, displacement, velocity, force, RATE, gain_uncertainty=0.0)
     with pytest.raises(ValueError, match="mass_uncertainty = -1"):

@@ -161,10 +161,10 @@ pub(crate) fn identify_force_loop(
 pub(crate) fn force_loop_keys<'py>(
     py: Python<'py>,
     rig: &Rig,
-    found: [f64; 5],
+    found: [(f64, f64); 5],
 ) -> PyResult<Bound<'py, PyAny>> {
     let [force_delay, spool_delay, response_delay, pilot_time_constant, compressibility] =
-        found.map(|value| Estimate { value, uncertainty: 0.0 });
+        found.map(|(value, uncertainty)| Estimate { value, uncertainty });
     let found =
         ForceLoopEstimate { force_delay, spool_delay, response_delay, pilot_time_constant, compressibility };
     let keys = found.keys(&rig.config).map(|(key, value)| (key.to_owned(), value));

@@ -39,6 +39,8 @@ def identify_load_cell(
     compares force and velocity. Displacement and velocity are compared from 0.5 to 10 Hz. If the gains of all
     three sensors are equally uncertain, the most likely gain of the load cell shares the errors among them.
     Without noise its uncertainty is that of one gain over √3. Latencies of the sensors have no effect.
+    Configured bandwidths and attachment are allowed for. An unknown bandwidth below some hundred Hz changes
+    the gain, and so does a specimen that is not elastic above four times its natural frequency.
 
     Parameters
     ----------
@@ -60,13 +62,14 @@ def identify_load_cell(
     Returns
     -------
     LoadCellEstimate
-        The uncertainties cover random errors and the two given ones.
+        The uncertainties of the ratios cover random errors, that of the gain also the two given ones.
 
     Raises
     ------
     ValueError
-        If a signal is short or has gaps, an uncertainty is out of range, the structure is a building or has
-        a natural frequency above 8.75 Hz, the test lacks these frequencies, or a unit or a sign is wrong.
+        If a signal is short or has gaps, an uncertainty is out of range, the sample rate is below 80 Hz, the
+        structure is a building, has a power damper or a natural frequency above 8.75 Hz, the piston has play,
+        the test lacks these frequencies, or a unit or a sign is wrong.
 
     Examples
     --------

@@ -275,7 +275,10 @@ def force_loop(file: Path, rig: Path, output: Path | None, as_json: bool, **data
     signals = traces["valve_command"], traces["spool"], traces["velocity"], traces["force"]
     found = eft.identification.identify_force_loop(read_rig(rig, {}), *signals, traces.sample_rate)
     if output is not None:
-        write_text(output, _toml(found.keys(read_rig(rig, {}))))
+        known = read_rig(rig, {})
+        # Refuses values that no rig has.
+        found.apply(known)
+        write_text(output, _toml(found.keys(known)))
     if as_json:
         names = [one.name for one in fields(found)]
         answer: dict[str, Any] = {name: float(getattr(found, name)) for name in names}

@@ -25,7 +25,8 @@ const IDENTIFIED: [Deviation; 4] = [
 ];
 /// Least damping ratio (1) of the oil column on the worst of them behind a late load cell.
 const LATE_DAMPING: f64 = 0.01;
-/// Least gain margin (1) of the rig itself. With the stiffest oil, 1.5 and 1.2 times as stiff, both leave 1.33.
+/// Least gain margin (1) of the rig itself, and of an identified one. On the stiffest oil, 1.5 and 1.2 times as stiff, both
+/// leave about 1.33.
 const GAIN_MARGIN: f64 = 2.0;
 const IDENTIFIED_GAIN_MARGIN: f64 = 1.6;
 /// Least coprime margin (1) of the rig itself.
@@ -71,6 +72,10 @@ fn shared(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLoop> {
             }
             gains = gains.scaled(SHARE_STEP).rounded();
         }
+    }
+    if plant.latency == 0.0 {
+        let allowed = "no gains of use keep the oil column of the identified rig damped; take \"pd\"";
+        return Err(Error::value("controller.force_loop", "\"robust\"", allowed));
     }
     let allowed = "no robust force loop keeps the oil column damped behind so late a load cell; \
         shorten its latency, or take controller.force_loop = \"pd\"";

@@ -33,6 +33,8 @@ const LEAST_EXCITATION: f64 = 30.0;
 /// Least sample rate (Hz), for both bands.
 const LEAST_RATE: f64 = 600.0;
 const ITERATIONS: usize = 12;
+/// Errors (1) of an identified plant that the designed loop allows for.
+const IDENTIFIED_WITHIN: f64 = 0.2;
 
 /// What a force loop depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +52,8 @@ pub struct ForceLoopEstimate {
 }
 
 impl ForceLoopEstimate {
-    /// The keys of a rig that take these values. A friction keeps its flow, which the compressibility scales.
+    /// The keys of a rig that take these values. A friction keeps its flow, which the compressibility scales. The rig counts as
+    /// identified if two deviations of oil and pilot time constant are within what the design allows for.
     pub fn keys(&self, rig: &RigConfig) -> [(&'static str, Value); 6] {
         let (valve, actuator) = (&rig.servovalve, &rig.actuator);
         let pilot_flow_gain = valve.spool_area / (valve.spool_sensitivity * self.response_delay.value);
@@ -59,12 +62,18 @@ impl ForceLoopEstimate {
         let friction = actuator.friction * actuator.compressibility / compressibility;
         [
             ("controller.force_delay", self.force_delay.value.max(0.0).into()),
-            ("controller.identified_plant", true.into()),
+            ("controller.identified_plant", self.is_certain().into()),
             ("servovalve.pilot_time_constant", self.pilot_time_constant.value.into()),
             ("servovalve.pilot_flow_gain", pilot_flow_gain.into()),
             ("actuator.compressibility", compressibility.into()),
             ("actuator.friction", friction.into()),
         ]
+    }
+
+    fn is_certain(&self) -> bool {
+        [self.compressibility, self.pilot_time_constant]
+            .iter()
+            .all(|one| 2.0 * one.uncertainty <= IDENTIFIED_WITHIN * one.value)
     }
 }
 
@@ -102,6 +111,12 @@ pub fn identify_force_loop(
     let compressibility = rig.actuator.compressibility;
     let compressibility =
         Estimate { value: compressibility * oil.value, uncertainty: compressibility * oil.uncertainty };
+    let attached = rig.measured_compressibility() - rig.actuator.compressibility;
+    if compressibility.value <= attached {
+        let allowed =
+            format!("must leave more than 0 of the measured {:.3e} m³/Pa to the oil", compressibility.value);
+        return Err(Error::value("actuator.attachment_stiffness as m³/Pa", attached, allowed));
+    }
     Ok(ForceLoopEstimate { force_delay, spool_delay, response_delay, pilot_time_constant, compressibility })
 }
 
@@ -178,7 +193,7 @@ fn of_spool(
         uncertainty.iter_mut().zip(shares).for_each(|(one, share)| *one = (*one / share).abs());
     }
     let values = [delay, UNIT * inverse[1] / inverse[0], UNIT * inverse[2] / inverse[1]];
-    if !(values[0].abs() < 0.1 && values[1..].iter().all(|time| (0.0..0.1).contains(time))) {
+    if !(values[0].abs() < 0.1 && values[1..].iter().all(|&time| time > 0.0 && time < 0.1)) {
         return Err(refused());
     }
     Ok(std::array::from_fn(|i| Estimate { value: values[i], uncertainty: uncertainty[i] }))

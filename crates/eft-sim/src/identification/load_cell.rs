@@ -1,8 +1,10 @@
 //! Gain of the load cell, from a test of the whole rig against the specimen's inertia.
 //!
-//! Well above its natural frequency a specimen of known mass moves by `v = F/(m·s + c + k/s)`, and the displacement is
-//! `v/s`. The measured signals give the ratios of the gains of force, velocity and displacement. With all three gains
-//! equally uncertain, the load cell's is the one that makes the three errors smallest.
+//! Well above its natural frequency a specimen of known mass moves by `V = (F + a + b/s)/Z` with `Z = m·s + c + k/s`, and the
+//! displacement is `X = (V + d)/s`. The real numbers `a`, `b` and `d` are the changes of momentum, spring force and
+//! displacement over a record that does not end as it began. Least squares give the ratios of the gains of force, velocity
+//! and displacement. With all three gains equally uncertain, the load cell's is the one that makes the three errors
+//! smallest.
 
 use std::f64::consts::TAU;
 
@@ -10,14 +12,14 @@ use super::Estimate;
 use super::gaps::check;
 use super::least_squares::least_squares;
 use crate::checks;
-use crate::config::{RigConfig, StructureKind};
+use crate::config::{MotionAt, RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::fourier::{Complex64, spectrum};
 
 /// Least duration (s).
 const LEAST_DURATION: f64 = 4.0;
 /// The inertia's band: from this multiple of the natural frequency, where the stiffness takes 6 % of the force, and at
-/// least from the frequency (Hz), to a frequency (Hz) that hardly any sensor attenuates.
+/// least from the first frequency (Hz) to the second, which few sensors attenuate.
 const ABOVE_RESONANCE: f64 = 4.0;
 const INERTIA_BAND: (f64, f64) = (8.0, 35.0);
 /// Frequencies (Hz) at which displacement and velocity are both known well.
@@ -26,6 +28,8 @@ const MOTION_BAND: (f64, f64) = (0.5, 10.0);
 const RATIOS: (f64, f64) = (0.7, 1.4);
 /// Largest uncertainty of a ratio; with more the test lacks the frequencies.
 const LARGEST_UNCERTAINTY: f64 = 0.05;
+/// Least sample rate (Hz), for the band.
+const LEAST_RATE: f64 = 80.0;
 /// Steps of the delay between two signals.
 const ITERATIONS: usize = 4;
 
@@ -54,11 +58,13 @@ pub struct SpecimenSignals<'a> {
 /// The gain of a rig's load cell from a test sampled at a rate (Hz), best a sweep from 0 to 40 Hz.
 ///
 /// `gain_uncertainty` (1) is that of each sensor's gain before the test, `mass_uncertainty` (1) that of
-/// `structure.mass`, both as standard deviations.
+/// `structure.mass`, both as standard deviations. Configured bandwidths and attachment are allowed for. The structure must
+/// be elastic in the band.
 ///
 /// # Errors
-/// Unequal, too short or incomplete signals, uncertainties that are not positive, a building, a natural frequency above
-/// 8.75 Hz, a test without these frequencies, or signals that no gain near one explains.
+/// Unequal, too short or incomplete signals, a sample rate below 80 Hz, uncertainties out of range, a building, a power
+/// damper, a play between piston and sensor, a natural frequency above 8.75 Hz, a test without these frequencies, or signals
+/// that no gain near one explains.
 pub fn identify_load_cell(
     rig: &RigConfig,
     signals: SpecimenSignals<'_>,
@@ -66,44 +72,33 @@ pub fn identify_load_cell(
     gain_uncertainty: f64,
     mass_uncertainty: f64,
 ) -> Result<LoadCellEstimate> {
+    check_signals(signals, sample_rate)?;
+    if !(gain_uncertainty > 0.0 && gain_uncertainty <= 1.0) {
+        return Err(Error::value("gain_uncertainty", gain_uncertainty, "must be above 0 and at most 1"));
+    }
+    if !(0.0..=1.0).contains(&mass_uncertainty) {
+        return Err(Error::value("mass_uncertainty", mass_uncertainty, "must be from 0 to 1"));
+    }
+    let low = check_specimen(rig)?;
     let SpecimenSignals { displacement, velocity, force } = signals;
-    checks::sample_rate("sample_rate", sample_rate)?;
-    let least = (LEAST_DURATION * sample_rate).ceil() as usize;
-    check(("force", "velocity"), (force.len(), velocity.len()), least)?;
-    check(("force", "displacement"), (force.len(), displacement.len()), least)?;
-    for (name, signal) in [("displacement", displacement), ("velocity", velocity), ("force", force)] {
-        checks::signal(name, signal)?;
-    }
-    for (name, value, positive) in
-        [("gain_uncertainty", gain_uncertainty, true), ("mass_uncertainty", mass_uncertainty, false)]
-    {
-        if !(0.0..=1.0).contains(&value) || (positive && value == 0.0) {
-            return Err(Error::value(
-                name,
-                value,
-                "must be a share above 0 and at most 1, or 0 for the mass",
-            ));
-        }
-    }
-    let structure = &rig.structure;
-    if structure.kind == StructureKind::ShearBuilding {
-        let allowed = "must have one story, whose mass the force accelerates alone";
-        return Err(Error::value("structure.kind", "\"shear_building\"", allowed));
-    }
-    let natural = (structure.stiffness / structure.mass).sqrt() / TAU;
-    let band = (INERTIA_BAND.0.max(ABOVE_RESONANCE * natural), INERTIA_BAND.1);
-    if band.0 >= band.1 {
-        let allowed = format!("must be below {} Hz for this test", INERTIA_BAND.1 / ABOVE_RESONANCE);
-        return Err(Error::value("natural frequency of the structure in Hz", natural, allowed));
-    }
-    let [displacement, velocity, force] = [spectrum(displacement)?, spectrum(velocity)?, spectrum(force)?];
-    let width = sample_rate / signals.force.len() as f64;
+    let (structure, sensors) = (&rig.structure, &rig.sensors);
+    let width = sample_rate / force.len() as f64;
+    let displacement = before_the_lag(displacement, sensors.displacement.bandwidth, width)?;
+    let velocity = before_the_lag(velocity, sensors.velocity.bandwidth, width)?;
+    let force = before_the_lag(force, sensors.force.bandwidth, width)?;
     // The mass between cell and piston is before the cell.
-    let mass = structure.mass - rig.sensors.cell_mass.unwrap_or(0.0);
-    let impedance = |s: Complex64| s * mass + structure.damping + Complex64::from(structure.stiffness) / s;
-    // The noise of the slower signal counts least as the target.
-    let moved = ratio("velocity", &velocity, width, band, |k, s| force[k] / impedance(s))?;
-    let shifted = ratio("displacement", &displacement, width, MOTION_BAND, |k, s| velocity[k] / s)?;
+    let mass = structure.mass - sensors.cell_mass.unwrap_or(0.0);
+    let mobility =
+        |s: Complex64| (s * mass + structure.damping + Complex64::from(structure.stiffness) / s).inv();
+    let attachment = match sensors.motion_at {
+        MotionAt::Piston => rig.actuator.attachment_stiffness.map_or(0.0, f64::recip),
+        MotionAt::Structure => 0.0,
+    };
+    let moved = ratio("velocity", &velocity, width, (low, INERTIA_BAND.1), |k, s| {
+        [force[k] * (mobility(s) + s * attachment), s, mobility(s), mobility(s) / s]
+    })?;
+    let shifted =
+        ratio("displacement", &displacement, width, MOTION_BAND, |k, s| [velocity[k] / s, s, s.inv()])?;
     let inverse = |one: Estimate| Estimate {
         value: 1.0 / one.value,
         uncertainty: one.uncertainty / (one.value * one.value),
@@ -114,30 +109,81 @@ pub fn identify_load_cell(
     Ok(LoadCellEstimate { gain, force_over_velocity, velocity_over_displacement })
 }
 
-/// The real factor of a signal over a model of it (per frequency in bins and rad/s), apart from a delay.
-fn ratio(
+fn check_signals(signals: SpecimenSignals<'_>, sample_rate: f64) -> Result<()> {
+    let SpecimenSignals { displacement, velocity, force } = signals;
+    checks::sample_rate("sample_rate", sample_rate)?;
+    if sample_rate < LEAST_RATE {
+        return Err(Error::value("sample_rate", sample_rate, format!("must be at least {LEAST_RATE} Hz")));
+    }
+    let least = (LEAST_DURATION * sample_rate).ceil() as usize;
+    check(("force", "velocity"), (force.len(), velocity.len()), least)?;
+    check(("force", "displacement"), (force.len(), displacement.len()), least)?;
+    for (name, signal) in [("displacement", displacement), ("velocity", velocity), ("force", force)] {
+        checks::signal(name, signal)?;
+    }
+    Ok(())
+}
+
+/// The lowest frequency (Hz) of the inertia's band, for a structure that has one.
+fn check_specimen(rig: &RigConfig) -> Result<f64> {
+    let (structure, actuator) = (&rig.structure, &rig.actuator);
+    if structure.kind == StructureKind::ShearBuilding {
+        let allowed = "must have one story, whose mass the force accelerates alone";
+        return Err(Error::value("structure.kind", "\"shear_building\"", allowed));
+    }
+    if structure.power_damper.is_some() {
+        let allowed = "must be absent, because its force is not proportional to the velocity";
+        return Err(Error::value("structure.power_damper", "present", allowed));
+    }
+    if actuator.attachment_play > 0.0 && rig.sensors.motion_at == MotionAt::Piston {
+        let allowed = "must be 0 for a motion that is measured at the piston";
+        return Err(Error::value("actuator.attachment_play", actuator.attachment_play, allowed));
+    }
+    let natural = (structure.stiffness / structure.mass).sqrt() / TAU;
+    let low = INERTIA_BAND.0.max(ABOVE_RESONANCE * natural);
+    if low >= INERTIA_BAND.1 {
+        let allowed = format!("must be below {} Hz for this test", INERTIA_BAND.1 / ABOVE_RESONANCE);
+        return Err(Error::value("natural frequency of the structure in Hz", natural, allowed));
+    }
+    Ok(low)
+}
+
+/// The spectrum of a signal before the lag of its sensor (Hz).
+fn before_the_lag(signal: &[f64], bandwidth: Option<f64>, width: f64) -> Result<Vec<Complex64>> {
+    let mut spectrum = spectrum(signal)?;
+    if let Some(bandwidth) = bandwidth {
+        for (k, bin) in spectrum.iter_mut().enumerate() {
+            *bin *= Complex64::new(1.0, k as f64 * width / bandwidth);
+        }
+    }
+    Ok(spectrum)
+}
+
+/// The real factor of a signal over a model of it, apart from a delay. At each frequency (its bin and rad/s) the model gives
+/// itself, `s`, and the columns of the record's ends.
+fn ratio<const N: usize>(
     name: &str,
     signal: &[Complex64],
     width: f64,
     (low, high): (f64, f64),
-    model: impl Fn(usize, Complex64) -> Complex64,
+    model: impl Fn(usize, Complex64) -> [Complex64; N],
 ) -> Result<Estimate> {
     let bins = (low / width).ceil() as usize..=((high / width).floor() as usize).min(signal.len() - 1);
     let mut delay = 0.0;
     let mut found = None;
     for _ in 0..ITERATIONS {
         let rows = bins.clone().map(|k| {
-            let s = Complex64::new(0.0, TAU * width * k as f64);
-            let modelled = model(k, s) * (-s * delay).exp();
-            ([modelled, -s * modelled], signal[k])
+            let mut columns = model(k, Complex64::new(0.0, TAU * width * k as f64));
+            columns[0] *= (-columns[1] * delay).exp();
+            columns[1] *= -columns[0];
+            (columns, signal[k])
         });
-        found = least_squares::<2>(rows);
-        let Some([factor, later]) = found else { break };
-        delay += later.value / factor.value;
+        found = least_squares::<N>(rows);
+        let Some(fitted) = found else { break };
+        delay += fitted[1].value / fitted[0].value;
     }
-    let Some([factor, _]) =
-        found.filter(|[factor, _]| factor.uncertainty < LARGEST_UNCERTAINTY * factor.value.abs())
-    else {
+    let clear = |one: &Estimate| one.uncertainty < LARGEST_UNCERTAINTY * one.value.abs();
+    let Some(factor) = found.map(|fitted| fitted[0]).filter(clear) else {
         let allowed = format!("must move with the force from {low:.3} to {high} Hz: run a sweep to 40 Hz");
         return Err(Error::value(name, "without a clear motion", allowed));
     };
