@@ -168,6 +168,36 @@ def test_the_kept_laboratory_rigs_are_what_the_code_gives(script, monkeypatch, t
     )
 
 
+def test_the_laboratory_page_and_the_readme_state_the_committed_results(script):
+    study = script("laboratory_rigs")
+    data = script("random_rigs").read(study.results(study.LAST))
+    cell = data["cell_quake_displacement"] <= 0.05
+
+    def share(scheme, goal):
+        return f"{100 * study.judgements(data, scheme)[goal].mean():.1f}"
+
+    page = " ".join((DOCS / "laboratory-rigs.md").read_text(encoding="utf-8").split())
+    for sentence in (
+        f"identified, {share('loop', 'ratio')} % of the last rigs reach the goal of the ratio, and "
+        f"{share('loop', 'error')} % that of the error.",
+        f"of the data sheet these are {share('on_time', 'ratio')} % and {share('on_time', 'error')} %.",
+        f"reached by {share('loop', 'displacement')} % of the rigs, and by "
+        f"{share('gain', 'displacement')} % with an identified gain",
+        f"reaches it on {100 * cell.mean():.1f} %, and {share('calibrated', 'displacement')} % reach it with",
+        f"from {gain_error(data, 1.0):.2f} to {gain_error(data, data['found_gain']):.2f} % (rms)",
+    ):
+        assert sentence in page
+    for scheme in ("robust", "robust_curve", *study.LATENCY_IDENTIFIED):
+        assert not study.judgements(data, scheme)["unstable"].any()
+    readme = " ".join((DOCS.parents[1] / "README.md").read_text(encoding="utf-8").split())
+    assert f"within 0.93–1.07 on {float(share('gain', 'ratio')):.0f} %" in readme
+
+
+def gain_error(data, found):
+    """The rms error (%) of the load cell's gain after a correction."""
+    return 100 * ((data["force_gain"] / found - 1.0) ** 2).mean() ** 0.5
+
+
 def test_the_kept_curve_correction_is_what_the_code_gives(script, tmp_path):
     study = script("curve_correction")
     titles = ["group", "rig", "test", "scheme", *study.MEASURES]
