@@ -15,8 +15,8 @@ const DEVIATIONS: [Deviation; 4] = [
     Deviation { oil_stiffness: 0.75, pilot_time_constant: 1.7 },
     Deviation { oil_stiffness: 0.75, pilot_time_constant: 0.6 },
 ];
-/// Those of an identified rig. On 60 laboratory rigs the found compressibility was 0.88 to 1.12 times the true one, and the
-/// pilot time constant 0.96 to 1.13 times.
+/// Those of an identified rig. On 1,000 laboratory rigs the found compressibility was 0.88 to 1.20 times the true one, and
+/// the pilot time constant 0.92 to 1.15 times.
 const IDENTIFIED: [Deviation; 4] = [
     Deviation { oil_stiffness: 1.2, pilot_time_constant: 1.25 },
     Deviation { oil_stiffness: 1.2, pilot_time_constant: 0.8 },
