@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 
 from bitwuzla import Bitwuzla, Result
 from cut import Cut, nearest
-from execute import SIZES, Pointer, Run, Struct
+from execute import Run
 from ir import Leaf, Module, Refused
+from memory import SIZES, Pointer, Struct
 from refine import Abstraction, Limit, Operation, Search, solver_within
 from terms import Bool, Float, Word, all_of
 
