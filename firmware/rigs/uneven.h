@@ -50,7 +50,7 @@ static const eft_parameters EFT_RIG_UNEVEN = {
   1.1, /* velocity_range, m/s */
   220000.0, /* force_range, N */
   1.15, /* spool_range, 1 */
-  0.01, /* gap_time, s */
+  0.001, /* gap_time, s */
   { /* learning */
     0, /* adaptive */
     0, /* curve_correction */

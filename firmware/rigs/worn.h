@@ -51,7 +51,7 @@ static const eft_parameters EFT_RIG_WORN = {
   3.0, /* velocity_range, m/s */
   200000.0, /* force_range, N */
   1.2, /* spool_range, 1 */
-  0.01, /* gap_time, s */
+  0.001, /* gap_time, s */
   { /* learning */
     1, /* adaptive */
     1, /* curve_correction */

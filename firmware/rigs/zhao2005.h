@@ -50,7 +50,7 @@ static const eft_parameters EFT_RIG_ZHAO2005 = {
   DBL_MAX, /* velocity_range, m/s */
   DBL_MAX, /* force_range, N */
   DBL_MAX, /* spool_range, 1 */
-  0.01, /* gap_time, s */
+  0.001, /* gap_time, s */
   { /* learning */
     0, /* adaptive */
     0, /* curve_correction */

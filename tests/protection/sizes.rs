@@ -114,3 +114,23 @@ fn faults_under_the_designed_loop_are_noticed_on_rigs_of_three_sizes() {
         }
     }
 }
+
+// SR-03
+#[test]
+fn with_a_wrong_flow_gain_the_displacement_is_still_the_one_that_is_named() {
+    for bench in &benches()[..1] {
+        let rig = bench.rig.replace(&[("truth.servovalve.flow_gain_scale", 1.03.into())]).unwrap();
+        let [_, frequency] = bench.sine;
+        for kind in ["stuck", "zero", "sign"] {
+            let starts: [f64; MOMENTS] =
+                std::array::from_fn(|n| START + n as f64 / (MOMENTS as f64 * frequency));
+            let rigs = starts.map(|start| rig.replace(&fault("displacement", kind, start)).unwrap());
+            for (start, run) in starts.into_iter().zip(runs(&rigs, &bench.command())) {
+                let s = seen(&run, start);
+                let what = format!("{}: {kind} at {start}: {:.0} N", bench.name, s.force);
+                assert_eq!(s.cause, Cause::DisplacementImplausible, "{what}");
+                assert!(s.force < bench.force_trip, "{what}");
+            }
+        }
+    }
+}

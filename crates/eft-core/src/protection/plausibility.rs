@@ -22,7 +22,7 @@ use crate::status;
 use crate::velocity::{FilteredDerivative, FilteredDerivativeState};
 use load_pressure::LoadPressureState;
 pub(super) use load_pressure::LoadPressureWatch;
-use sums::{Began, Sum, follow};
+use sums::{Began, Evidence, Sum, follow};
 
 /// Share of the limits that is enough if the force is far from its command.
 const ASTRAY: f64 = 0.5;
@@ -135,6 +135,8 @@ pub(crate) struct PlausibilityState<T> {
     /// Average (m⁴/s²) of the squared flow residual with the velocity minus that with the displacement, over twice the
     /// piston area.
     worse: T,
+    /// Evidence about the motion since its sum began.
+    evidence: Evidence<T>,
     /// Set when the force is blamed for a flow balance that contains the velocity as well, or for a jump.
     by_balance: bool,
     /// The last followed velocity (m/s), the remaining step from the previous source (m/s), and the source.
@@ -147,7 +149,7 @@ pub(crate) struct PlausibilityState<T> {
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias.
     null: T,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, by_balance, followed, step, source, load_pressure, age, null);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, load_pressure, age, null);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]

@@ -105,7 +105,7 @@ fn together<T: Real, const L: usize>(single: &[ControllerInput<T>; L]) -> Contro
 fn a_gap_of_one_lane_does_not_affect_the_others() {
     let rates = [4096.0, 4096.0, 8192.0, 4096.0];
     let single = rates.map(|sample_rate| {
-        let p = Parameters { sample_rate, valve_command_rate: 2.0e3, ..rig::LEARNING };
+        let p = Parameters { sample_rate, valve_command_rate: 2.0e3, gap_time: 0.01, ..rig::LEARNING };
         Controller::<f64, 21>::new(&p).unwrap()
     });
     let wide = Controller::<Lanes<f64, 4>, 21>::pack(&|i| &single[i]);
@@ -257,7 +257,7 @@ macro_rules! totality {
                             continue;
                         }
                         // After a gap the old state is not used.
-                        if lost > 0.01 * p.sample_rate {
+                        if lost > p.gap_time * p.sample_rate {
                             good_only = state;
                         } else {
                             step(&c, &mut good_only, &tick);

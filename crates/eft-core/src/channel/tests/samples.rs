@@ -100,7 +100,8 @@ fn a_gap_is_longer_than_its_time() {
 #[test]
 fn a_velocity_estimate_continues_from_the_mean_velocity_of_a_gap_and_not_of_a_shorter_one() {
     let velocity_source = VelocitySource::Derivative { corner: 80.0 };
-    let channel = Channel::<f64, 21>::new(&Parameters { velocity_source, protection: None, ..RIG }).unwrap();
+    let p = Parameters { velocity_source, protection: None, gap_time: 0.01, ..RIG };
+    let channel = Channel::<f64, 21>::new(&p).unwrap();
     let at = |displacement| Input { displacement, ..swing(0) };
     // 10 ms are more than 40 ticks. After fewer the two low-passes see a step.
     let step = 0.1156239 * 0.1156239 * 0.01 * 4096.0;

@@ -85,7 +85,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let beyond = |n: usize, share: f64| self.is_beyond(state, n, share);
         let frozen = |n: usize| state.signals.get(n).is_some_and(|signal| signal.repeats >= self.repeats);
         let motion = || {
-            let displacement = !frozen(VELOCITY) && (frozen(DISPLACEMENT) || state.worse <= T::splat(0.0));
+            let displacement =
+                !frozen(VELOCITY) && (frozen(DISPLACEMENT) || state.evidence.is_of_displacement());
             if displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible }
         };
         if beyond(TRAVEL, share) {

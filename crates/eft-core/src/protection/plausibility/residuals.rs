@@ -18,6 +18,8 @@ const OIL: f64 = 0.6;
 const MOTION: f64 = 0.05;
 /// Share by which the gains of two sound sensors differ: 2 % each.
 const SOUND: f64 = 0.04;
+/// Share of the motion's limit below which its sum may be noise.
+const DIFFERS: f64 = 0.15;
 /// Opening (1) within which an overlap counts.
 const NULL_REGION: f64 = 0.03;
 /// Share of an overlap's flow that counts against a force of the wrong sign: see [`Plausibility::turned`].
@@ -118,6 +120,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             let tolerance = larger(T::splat(MOTION) * size, T::splat(SOUND) * size + ratio_drift);
             let change = [self.period * beyond, self.period * tolerance, ratio_limit];
             ratio_began.add(ratio, change, [self.late, speed.abs()]);
+            let differs = motion.size() > T::splat(DIFFERS) * motion_limit;
+            state.evidence.add(differs, off, unbalanced, self.area);
             // The flow's residual vanishes with the correct one of the two.
             let worse = off * (unbalanced - half * (self.area * off));
             follow(&mut state.worse, self.slow, worse);

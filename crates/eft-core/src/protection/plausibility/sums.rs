@@ -69,6 +69,39 @@ impl<T: Real> Began<T> {
     }
 }
 
+/// Which of velocity and displacement changed the flow's balance since their difference began. Only changes count: a wrong
+/// calibration leaves a residual as well, but did not begin with the difference.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub(crate) struct Evidence<T> {
+    /// Difference of the velocities (m/s) and residual of the flow (m³/s) at the beginning.
+    off: T,
+    residual: T,
+    /// As the average of the state's `worse`, but the sum (m⁴/s²) of all samples.
+    pub(super) worse: T,
+}
+integrity!(Evidence<T>: off, residual, worse);
+
+impl<T: Real> Evidence<T> {
+    /// Adds a sample, or begins anew while there is no difference.
+    #[inline(always)]
+    pub(super) fn add(&mut self, differs: bool, off: T, residual: T, area: T) {
+        if differs {
+            let (off, residual) = (off - self.off, residual - self.residual);
+            self.worse = self.worse + off * (residual - T::splat(0.5) * (area * off));
+        } else {
+            *self = Self { off, residual, worse: T::splat(0.0) };
+        }
+    }
+
+    /// Whether the residual is that of a wrong displacement.
+    #[inline(always)]
+    pub(super) fn is_of_displacement(&self) -> bool {
+        self.worse <= T::splat(0.0)
+    }
+}
+
 #[inline(always)]
 pub(super) fn follow<T: Real>(state: &mut T, share: T, value: T) -> T {
     *state = *state + share * (value - *state);
@@ -87,4 +120,31 @@ pub(super) fn envelope<T: Real>(state: &mut T, decay: T, value: T) -> T {
     let (size, held) = (value.abs(), decay * *state);
     *state = if size > held { size } else { held };
     *state
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_residual_from_before_the_difference_is_no_evidence() {
+        // The flow is 3 % larger than the table's, at 0.4 m/s and an area of 0.01 m².
+        let (speed, area, before) = (0.4, 0.01, 0.03 * 0.4 * 0.01);
+        for (velocity_error, displacement_stops, of_displacement) in
+            [(0.0, true, true), (-speed, false, false)]
+        {
+            for before in [-before, before] {
+                let mut evidence = Evidence::<f64>::default();
+                evidence.add(false, 0.001, before, area);
+                for n in 1..=5 {
+                    // The low-passes let the difference grow.
+                    let share = 0.02 * f64::from(n);
+                    let stopped = if displacement_stops { speed } else { 0.0 };
+                    let off = 0.001 + share * (velocity_error + stopped);
+                    evidence.add(true, off, before + share * area * velocity_error, area);
+                    assert_eq!(evidence.is_of_displacement(), of_displacement, "{n} {before}");
+                }
+            }
+        }
+    }
 }

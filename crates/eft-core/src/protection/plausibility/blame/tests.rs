@@ -56,7 +56,7 @@ fn each_sum_beyond_its_limit_names_its_sensor() {
 #[test]
 fn of_velocity_and_displacement_the_one_that_fits_the_flow_worse_is_named() {
     let named = |worse: f64, mut state: PlausibilityState<f64>| {
-        state.worse = worse;
+        (state.worse, state.evidence.worse) = (worse, worse);
         watch().contradiction(&state, 1.0)
     };
     let travelled = [(TRAVEL, 1.01)];

@@ -101,12 +101,12 @@ fn the_flow_decides_between_velocity_and_displacement() {
         (0.1, Cause::VelocityImplausible),
     ] {
         let mut state = with(&[(TRAVEL, 1.01)], &[]);
-        state.worse = worse;
+        state.evidence.worse = worse;
         assert_eq!(watch().contradiction(&state, 1.0), cause, "{worse}");
     }
     // A displacement that does not move is wrong even if the flow tells otherwise.
     let mut state = with(&[(TRAVEL, 1.01)], &[DISPLACEMENT]);
-    state.worse = 0.1;
+    state.evidence.worse = 0.1;
     assert_eq!(watch().contradiction(&state, 1.0), Cause::DisplacementImplausible);
 }
 
