@@ -18,6 +18,7 @@ import paper_figures
 import random_plants
 import random_rigs
 import safety_tables
+import sized_rigs
 
 from eft.demo.__main__ import main
 
@@ -39,6 +40,7 @@ if __name__ == "__main__":
     random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
     safety_tables.report(FOLDER)
+    sized_rigs.report(FOLDER)
     fixed_against_adaptive.report(FOLDER)
     # A number that misses its reference ends the script, because the documentation must not show it as a
     # result.

@@ -193,6 +193,14 @@ def test_the_laboratory_page_and_the_readme_state_the_committed_results(script):
     assert f"within 0.93–1.07 on {float(share('gain', 'ratio')):.0f} %" in readme
 
 
+def test_the_kept_rigs_of_all_sizes_are_what_the_code_gives(script, tmp_path):
+    study = script("sized_rigs")
+    kept = script("random_rigs").read(study.RESULTS)
+    same({name: column[0] for name, column in kept.items()}, study.tested(study.draw(1)[0], 1))
+    study.report(tmp_path)
+    assert "| all | 1000 |" in (tmp_path / "sized_rigs.md").read_text(encoding="utf-8")
+
+
 def gain_error(data, found):
     """The rms error (%) of the load cell's gain after a correction."""
     return 100 * ((data["force_gain"] / found - 1.0) ** 2).mean() ** 0.5
