@@ -84,7 +84,7 @@ impl<S: Num, C: Scalar<Element: Precision>, K: Recorder<S>, const IDEAL: bool, c
                     Some(ahead) => ahead,
                     None => self.test.look_ahead(&state),
                 };
-                self.test.advance(&mut state, ahead, &decision.driver);
+                self.test.advance(&mut state, &ahead, &decision.driver);
             }
             done += 1;
         }

@@ -129,8 +129,8 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
 
     /// Advances the plant to the next tick under the drive of the last sample.
     #[inline(always)]
-    pub(crate) fn advance(&self, state: &mut LoopState<S, C>, ahead: Prediction<S>, driver: &Driver<S>) {
-        let (plant, now, grid) = (&self.plant, state.plant, self.grid);
+    pub(crate) fn advance(&self, state: &mut LoopState<S, C>, ahead: &Prediction<S>, driver: &Driver<S>) {
+        let (plant, now, grid) = (&self.plant, &state.plant, self.grid);
         match driver.kind {
             DriverKind::Held => state.plant = plant.advance(now, ahead, &driver.held, grid),
             DriverKind::Analog => state.plant = plant.advance(now, ahead, &driver.cell.analog(), grid),

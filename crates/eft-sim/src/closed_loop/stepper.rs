@@ -157,7 +157,7 @@ impl PlantStepper {
         let drivers = self.held(valve_commands)?;
         match &mut self.plant {
             Integrated::Fast(plant, state) => {
-                *state = plant.advance(*state, plant.predict(state), &drivers[0].held, self.grid);
+                *state = plant.advance(state, &plant.predict(state), &drivers[0].held, self.grid);
             }
             Integrated::General(plant, exchange) => {
                 plant.advance(&drivers, self.grid);

@@ -105,16 +105,17 @@ impl<S: Num> Exponential<S> {
     #[inline(always)]
     pub(crate) fn advance(
         &self,
-        state: FastState<S>,
-        ahead: Prediction<S>,
+        state: &FastState<S>,
+        ahead: &Prediction<S>,
         drive: &impl Drive<S>,
         grid: TimeGrid,
     ) -> FastState<S> {
         if grid.steps == 1 {
-            return self.step(state, &ahead, drive, 0.0, grid.step());
+            return self.step(state, ahead, drive, 0.0, grid.step());
         }
-        let copies = (state, ahead, *drive);
-        self.many_steps(&copies, grid)
+        let mut copies = (*state, *ahead, *drive);
+        self.many_steps(&mut copies, grid);
+        copies.0
     }
 
     /// The state one tick later by Runge–Kutta.
@@ -130,36 +131,32 @@ impl<S: Num> Exponential<S> {
         FastState { plant, memory }
     }
 
-    /// All steps of a tick that has several.
+    /// Advances the state by all steps of a tick that has several.
     // A separate function, because beside a loop the values of a single step would not stay in registers.
     #[inline(never)]
-    fn many_steps<D: Drive<S>>(
-        &self,
-        from: &(FastState<S>, Prediction<S>, D),
-        grid: TimeGrid,
-    ) -> FastState<S> {
+    fn many_steps<D: Drive<S>>(&self, from: &mut (FastState<S>, Prediction<S>, D), grid: TimeGrid) {
         let (state, ahead, drive) = *from;
-        S::dispatch(ManySteps { integrator: self, state, ahead, drive, grid })
+        from.0 = S::dispatch(ManySteps { integrator: self, state, ahead, drive, grid });
     }
 
     #[inline(always)]
     fn step(
         &self,
-        state: FastState<S>,
+        state: &FastState<S>,
         ahead: &Prediction<S>,
         drive: &impl Drive<S>,
         from: f64,
         step: f64,
     ) -> FastState<S> {
-        let next = self.correct(&state, ahead, drive, from, step);
-        let regular = self.is_regular([&state, &next], drive, from, step);
-        if regular.all() {
-            next
-        } else {
+        let mut next = self.correct(state, ahead, drive, from, step);
+        let regular = self.is_regular([state, &next], drive, from, step);
+        if !regular.all() {
             // Copies, because values behind a reference cannot stay in registers.
-            let copies = (state, *drive);
-            FastState::select(regular, next, self.fall_back(&copies, from, step))
+            let mut copies = (*state, *drive);
+            self.fall_back(&mut copies, from, step);
+            next = FastState::select(regular, next, copies.0);
         }
+        next
     }
 
     /// The state one step ahead for a constant demand and an unchanged trend of the flow. This part of a step
@@ -235,10 +232,12 @@ impl<S: Num> Exponential<S> {
         regular
     }
 
+    /// Advances the state by one Runge–Kutta step.
     #[cold]
     #[inline(never)]
-    fn fall_back<D: Drive<S>>(&self, at: &(FastState<S>, D), from: f64, step: f64) -> FastState<S> {
-        S::dispatch(FallBack { integrator: self, state: at.0, drive: at.1, from, step })
+    fn fall_back<D: Drive<S>>(&self, at: &mut (FastState<S>, D), from: f64, step: f64) {
+        let (state, drive) = *at;
+        at.0 = S::dispatch(FallBack { integrator: self, state, drive, from, step });
     }
 }
 
@@ -262,7 +261,7 @@ impl<S: Num, D: Drive<S>> Work for ManySteps<'_, S, D> {
             if n > 0 {
                 ahead = integrator.predict(&state);
             }
-            state = integrator.step(state, &ahead, &drive, f64::from(n) * step, step);
+            state = integrator.step(&state, &ahead, &drive, f64::from(n) * step, step);
         }
         state
     }
