@@ -198,8 +198,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
             demand = S::select(self.corrects, self.grid.apply(&calibration.curve, demand), demand);
         }
         let (opening, saturated) = self.inverse.opening(demand);
-        let (required, measured) = (opening.abs(), i.spool.abs());
-        let wider = S::select(required.gt(measured), required, measured);
+        let wider = opening.abs().larger(i.spool.abs());
         let flags = S::flag(floored, status::LOAD_PRESSURE_FLOORED)
             | S::flag(saturated, status::DEMAND_SATURATED)
             | S::flag(wider.gt(self.spool_warning), status::SPOOL_WARNING);

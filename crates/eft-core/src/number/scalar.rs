@@ -107,11 +107,20 @@ pub trait Scalar:
     fn ge(self, other: Self) -> Self::Mask {
         other.le(self)
     }
+    /// The larger one; `other` where they are equal or either is NaN.
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        Self::select(self.gt(other), self, other)
+    }
+    /// The smaller one; `other` where they are equal or either is NaN.
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
     /// Limits to `[lowest, highest]`; NaN becomes `lowest`.
     #[inline(always)]
     fn limit(self, lowest: Self, highest: Self) -> Self {
-        let raised = Self::select(self.gt(lowest), self, lowest);
-        Self::select(raised.lt(highest), raised, highest)
+        self.larger(lowest).smaller(highest)
     }
     /// `self` with the sign of `direction`; zero where `direction` is zero or NaN.
     #[inline(always)]
@@ -133,18 +142,18 @@ impl<S: Scalar> Row<S> {
         Row { start: self.start.lane(lane), value: self.value.lane(lane), slope: self.slope.lane(lane) }
     }
 
-    /// The row of each lane's `x`, by halving, for crowded knots.
+    /// Start, value and slope of the row of each lane's `x`, by halving, for crowded knots.
     #[cold]
-    pub fn search<const N: usize>(rows: &[Self; N], x: S) -> Self {
+    pub fn search<const N: usize>(rows: &[Self; N], x: &S) -> [S; 3] {
         let found = |lane: usize| {
             let row = search(rows, |row| row.start.lane(lane), x.lane(lane));
             row.map_or_else(Row::default, |row| row.lane(lane))
         };
-        Self {
-            start: S::from_lanes(|lane| found(lane).start),
-            value: S::from_lanes(|lane| found(lane).value),
-            slope: S::from_lanes(|lane| found(lane).slope),
-        }
+        [
+            S::from_lanes(|lane| found(lane).start),
+            S::from_lanes(|lane| found(lane).value),
+            S::from_lanes(|lane| found(lane).slope),
+        ]
     }
 }
 

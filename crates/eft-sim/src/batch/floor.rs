@@ -124,11 +124,9 @@ impl<S: Num> Recorder<S> for FloorRecorder<'_, S> {
     fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>) {
         self.forces[i] = tick.force;
         self.displacements[i] = tick.plant.displacement;
-        let (spool, most) = (tick.plant.spool.abs(), self.extremes.spool);
-        self.extremes.spool = S::select(spool.gt(most), spool, most);
+        self.extremes.spool = tick.plant.spool.abs().larger(self.extremes.spool);
         if self.supply_varies {
-            let (pressure, least) = (tick.supply_pressure, self.extremes.supply_pressure);
-            self.extremes.supply_pressure = S::select(pressure.lt(least), pressure, least);
+            self.extremes.supply_pressure = tick.supply_pressure.smaller(self.extremes.supply_pressure);
         }
         if self.learns && estimates.changes != self.estimates.changes {
             *self.estimates = *estimates;
@@ -157,8 +155,7 @@ impl<S: Num> Work for Add<'_, S> {
         self.norms.add(self.commands, self.forces);
         let mut most = *self.drift;
         for (i, &displacement) in self.displacements.iter().enumerate() {
-            let drift = self.below.map_or(displacement, |below| displacement - below[i]).abs();
-            most = S::select(drift.gt(most), drift, most);
+            most = self.below.map_or(displacement, |below| displacement - below[i]).abs().larger(most);
         }
         *self.drift = most;
     }

@@ -9,9 +9,10 @@ use std::array;
 
 use eft_core::{CELLS, Flags, Mask, Row, Scalar};
 
+use crate::lanes::Num;
 use crate::lanes::eight::eight;
 use crate::lanes::processor::{Work, with_avx2};
-use crate::lanes::{Num, table_rows};
+use crate::lanes::table_rows::{self, Index};
 
 /// Eight numbers. Only [`dispatch_wide`](crate::lanes::dispatch_wide) uses the type, after a check of the processor.
 #[derive(Debug, Clone, Copy)]
@@ -210,6 +211,24 @@ impl Scalar for Eight {
     fn abs(self) -> Self {
         Self(both!(|i| avx2!(_mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0[i]))))
     }
+    // The sign bits decide where the direction is not zero.
+    #[inline(always)]
+    fn times_sign_of(self, direction: Self) -> Self {
+        Self(both!(|i| avx2!({
+            let sign = _mm256_and_pd(direction.0[i], _mm256_set1_pd(-0.0));
+            let directed = _mm256_cmp_pd::<_CMP_NEQ_OQ>(direction.0[i], _mm256_setzero_pd());
+            _mm256_and_pd(_mm256_xor_pd(self.0[i], sign), directed)
+        })))
+    }
+    // Of equal numbers and with NaN, these instructions give the second operand.
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        Self(both!(|i| avx2!(_mm256_max_pd(self.0[i], other.0[i]))))
+    }
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        Self(both!(|i| avx2!(_mm256_min_pd(self.0[i], other.0[i]))))
+    }
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self(both!(|i| avx2!(_mm256_sqrt_pd(self.0[i]))))
@@ -232,7 +251,7 @@ impl Scalar for Eight {
         })))
     }
     #[inline(always)]
-    fn cell(self) -> ([u32; 8], EightMask) {
+    fn cell(self) -> (Index, EightMask) {
         let half = |i: usize| {
             // Values outside the 32-bit integers, including NaN, become the smallest integer, which is not a
             // cell.
@@ -240,12 +259,13 @@ impl Scalar for Eight {
                 let cell = _mm_sub_epi32(_mm256_cvttpd_epi32(self.0[i]), _mm_set1_epi32(1));
                 let nearest = _mm_min_epu32(cell, _mm_set1_epi32(CELLS as i32 - 1));
                 let inside = _mm_cmpeq_epi32(nearest, cell);
-                (nearest, _mm256_castsi256_pd(_mm256_cvtepi32_epi64(inside)))
+                (_mm_slli_epi32::<3>(nearest), _mm256_castsi256_pd(_mm256_cvtepi32_epi64(inside)))
             })
         };
         let ((low, in_low), (high, in_high)) = (half(0), half(1));
         // SAFETY: both are 32 bytes in which every bit pattern is a value.
-        let cells = unsafe { transmute::<[__m128i; 2], [u32; 8]>([low, high]) };
-        (cells, EightMask([in_low, in_high]))
+        let places = unsafe { transmute::<[__m128i; 2], [u32; 8]>([low, high]) };
+        // SAFETY: `half` gives eight times a cell of the index.
+        (unsafe { Index::new(places) }, EightMask([in_low, in_high]))
     }
 }

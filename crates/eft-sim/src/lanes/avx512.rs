@@ -9,9 +9,10 @@ use std::array;
 
 use eft_core::{CELLS, Flags, Mask, Row, Scalar};
 
+use crate::lanes::Num;
 use crate::lanes::eight::eight;
 use crate::lanes::processor::{Work, with_avx512};
-use crate::lanes::{Num, table_rows};
+use crate::lanes::table_rows::{self, Index};
 
 /// Eight numbers. Only [`dispatch_wide`](crate::lanes::dispatch_wide) uses the type, after a check of the processor.
 #[derive(Debug, Clone, Copy)]
@@ -177,6 +178,15 @@ impl Scalar for Eight {
     fn abs(self) -> Self {
         Self(avx512!(_mm512_abs_pd(self.0)))
     }
+    // Of equal numbers and with NaN, these instructions give the second operand.
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        Self(avx512!(_mm512_max_pd(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        Self(avx512!(_mm512_min_pd(self.0, other.0)))
+    }
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self(avx512!(_mm512_sqrt_pd(self.0)))
@@ -194,14 +204,15 @@ impl Scalar for Eight {
         EightMask(avx512!(_mm256_cmpge_epu32_mask(words.0, least.0)))
     }
     #[inline(always)]
-    fn cell(self) -> ([u32; 8], EightMask) {
+    fn cell(self) -> (Index, EightMask) {
         // Values outside the 32-bit integers, including NaN, become the smallest integer, which is not a
         // cell.
-        let (nearest, inside) = avx512!({
+        let (places, inside) = avx512!({
             let cell = _mm256_sub_epi32(_mm512_cvttpd_epi32(self.0), _mm256_set1_epi32(1));
             let nearest = _mm256_min_epu32(cell, _mm256_set1_epi32(CELLS as i32 - 1));
-            (nearest, _mm256_cmpeq_epi32_mask(nearest, cell))
+            (_mm256_slli_epi32::<3>(nearest), _mm256_cmpeq_epi32_mask(nearest, cell))
         });
-        (words(nearest), EightMask(inside))
+        // SAFETY: these are eight times a cell of the index.
+        (unsafe { Index::new(words(places)) }, EightMask(inside))
     }
 }

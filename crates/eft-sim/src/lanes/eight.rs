@@ -40,7 +40,7 @@ macro_rules! eight {
         type Flags = EightFlags;
         /// Beginning of each lane's row in its table, or the mark of a crowded cell.
         type Cell = [u16; 8];
-        type Index = [u32; 8];
+        type Index = Index;
         const LANES: usize = 8;
 
         #[inline(always)]
@@ -64,7 +64,7 @@ macro_rules! eight {
             self,
             cells: &[[u16; 8]; CELLS],
             rows: &[Row<Self>; N],
-            cell: [u32; 8],
+            cell: Index,
         ) -> Row<Self> {
             // SAFETY: the type is eight doubles, and its cells are from `table_rows`.
             unsafe { table_rows::row(self, cells, rows, cell) }

@@ -68,3 +68,34 @@ impl<const N: usize> Num for Lanes<f64, N> {
         with_best_instructions(work)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The operations that a type of several numbers replaces by its own instructions.
+    struct Replaced([f64; 2]);
+
+    impl WideWork for Replaced {
+        type Output = [u64; 3];
+
+        fn run<S: Num>(self) -> [u64; 3] {
+            let [a, b] = self.0.map(S::splat);
+            [a.larger(b), a.smaller(b), a.times_sign_of(b)].map(|wide| {
+                let bits = wide.lane(0).to_bits();
+                assert!((1..S::LANES).all(|lane| wide.lane(lane).to_bits() == bits));
+                bits
+            })
+        }
+    }
+
+    #[test]
+    fn a_lane_has_the_bits_of_the_number_for_zeros_and_nan() {
+        let values = [0.0, 1.5, f64::MIN_POSITIVE / 4.0, f64::INFINITY, f64::NAN];
+        let values = || values.into_iter().flat_map(|value| [value, -value]);
+        for (a, b) in values().flat_map(|a| values().map(move |b| (a, b))) {
+            let alone = [a.larger(b), a.smaller(b), a.times_sign_of(b)].map(f64::to_bits);
+            assert_eq!(dispatch_wide(Replaced([a, b])).unwrap_or(alone), alone, "{a} {b}");
+        }
+    }
+}

@@ -23,6 +23,19 @@ pub(super) fn cells(mut row: impl FnMut(usize) -> u8) -> [u16; 8] {
     })
 }
 
+/// For each lane a cell of the index, by the place of its first entry.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Index([u32; 8]);
+
+impl Index {
+    /// # Safety
+    /// Each place is eight times a number below [`CELLS`].
+    #[inline(always)]
+    pub(super) unsafe fn new(places: [u32; 8]) -> Self {
+        Self(places)
+    }
+}
+
 /// [`Scalar::row`](eft_core::Scalar::row) of eight numbers.
 ///
 /// # Safety
@@ -32,24 +45,28 @@ pub(super) unsafe fn row<S: Num, const N: usize>(
     value: S,
     cells: &[[u16; 8]; CELLS],
     rows: &[Row<S>; N],
-    cell: [u32; 8],
+    Index(places): Index,
 ) -> Row<S> {
-    let mut first = [0_u16; 8];
+    let entries = cells.as_flattened();
+    let mut first = [0; 8];
     let mut all = 0;
     for lane in 0..8 {
-        let of_lanes = cells.get(cell[lane] as usize).copied().unwrap_or_default();
-        first[lane] = of_lanes[lane];
+        // SAFETY: from each place of an `Index` there are eight entries.
+        first[lane] = usize::from(unsafe { *entries.get_unchecked(places[lane] as usize + lane) });
         all |= first[lane];
     }
-    if N < ROWS || all == CROWDED {
-        return Row::search(rows, value);
+    if N < ROWS || all == usize::from(CROWDED) {
+        // A copy and an array, because values behind a reference cannot stay in registers.
+        let copy = value;
+        let [start, value, slope] = Row::search(rows, &copy);
+        return Row { start, value, slope };
     }
     let table: *const f64 = rows.as_ptr().cast();
     // One number per lane, at an offset from the first number of the lane's row.
     let column = |at: usize| {
         // SAFETY: there are at least ROWS rows, each of three times eight doubles in the order of its fields.
         // A row of the index is below ROWS − 1, and `at` below two rows.
-        S::from_lanes(|lane| unsafe { *table.add(usize::from(first[lane]) + at + lane) })
+        S::from_lanes(|lane| unsafe { *table.add(first[lane] + at + lane) })
     };
     let far = column(STRIDE);
     let here = value.lt(far);

@@ -64,14 +64,13 @@ impl<S: Num> Norms<S> {
     /// Adds the next samples of command and measured force (N): [`BLOCK`] of them, fewer only at the end.
     #[inline(always)]
     pub(crate) fn add(&mut self, command: &[S], measured: &[S]) {
-        let larger = |a: S, b: S| S::select(b.gt(a), b, a);
         let (mut sums, [mut last_command, mut last_measured]) = (*self, self.last);
         for (&c, &m) in command.iter().zip(measured) {
             let error = m - c;
             sums.squared_error = sums.squared_error + error * error;
             sums.squared_command = sums.squared_command + c * c;
-            sums.largest_error = larger(sums.largest_error, error.abs());
-            sums.largest_command = larger(sums.largest_command, c.abs());
+            sums.largest_error = error.abs().larger(sums.largest_error);
+            sums.largest_command = c.abs().larger(sums.largest_command);
             // ¼(m₁+m₀)(c₁−c₀) − ¼(c₁+c₀)(m₁−m₀) is half the cross product of two points.
             sums.area = sums.area + S::splat(0.5) * (last_measured * c - m * last_command);
             (last_command, last_measured) = (c, m);
