@@ -35,7 +35,7 @@ pub struct Channel<T: Real, const N: usize> {
     protection: Option<Protection<T>>,
     plausibility: Option<Plausibility<T, N>>,
     stuck: Option<StuckWatch>,
-    /// After more lost ticks than this the channel starts from rest at the new operating point.
+    /// After more lost ticks than this the channel resumes at the new operating point.
     gap_ticks: u32,
     /// Whether there are windows for a learner.
     learns: bool,
@@ -125,7 +125,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// An invalid supply pressure is replaced by the last valid one, and [`status::STUCK_MEASUREMENT`] is raised. With
     /// another invalid measurement or an invalid command (not finite, or beyond its range) the last output is held, the
     /// controller's state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first
-    /// good tick recovers. After more than [`gap_time`](Parameters::gap_time) of such ticks it starts from rest at the
+    /// good tick recovers. After more than [`gap_time`](Parameters::gap_time) of such ticks it resumes at the
     /// new operating point. The change since the last good tick then does not count as that of one tick.
     ///
     /// # Cost

@@ -37,7 +37,7 @@ pub struct Controller<S: Scalar, const N: usize> {
     pub(crate) measures_supply: S::Mask,
     /// Where the feedforward uses the next tick's command.
     looks_ahead: S::Mask,
-    /// After more lost samples than this the tick starts from rest at the new operating point.
+    /// After more lost samples than this the tick resumes at the new operating point.
     gap: S::Flags,
     /// Whether any lane has a feedforward.
     feeds_forward: bool,
@@ -48,7 +48,7 @@ pub struct Controller<S: Scalar, const N: usize> {
 }
 integrity!(Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral, lap);
 
-/// The tick starts from rest after this many lost samples, which last longer than the gap time.
+/// The tick resumes at the new operating point after this many lost samples, which last longer than the gap time.
 pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
     Ok(check!(samples("gap_time", p.gap_time, p.sample_rate)).saturating_add(1))
 }
@@ -66,7 +66,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// (not finite, or beyond [`LARGEST`]) the last valve command is held, the state stays and
     /// [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the supply pressure continues, and
     /// the feedforward with a valid command, so that the next one's rate is that of one tick. After more than
-    /// [`gap_time`](Parameters::gap_time) of such samples the next good one starts from rest at the new operating
+    /// [`gap_time`](Parameters::gap_time) of such samples the next good one resumes at the new operating
     /// point. The valve command stays within its rate.
     #[inline(always)]
     pub fn step(
@@ -134,7 +134,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             opening
         };
         if rests.any() {
-            state.compensation = state.compensation.rested(rests, opening);
+            state.compensation = state.compensation.resumed(rests, opening);
             let rested = self.servovalve.at_rest(command, force);
             state.servovalve = ServovalveControllerState::select(rests, rested, state.servovalve);
         }
@@ -233,7 +233,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let (opening, _) = self.compensation.required_opening(&sample, calibration);
         let smooth = self.lap.together(opening, command - force, before.integral);
         let opening = if self.laps() { self.lap.over(smooth, opening) } else { opening };
-        let rested = CompensationState::default().rested(S::Mask::splat(true), opening);
+        let rested = CompensationState::default().resumed(S::Mask::splat(true), opening);
         let compensation = self.compensation.advance(&rested, opening, calibration);
         let (mut servovalve, integral) = (self.servovalve.at_rest(command, force), before.integral);
         let mut raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());

@@ -87,7 +87,7 @@ pub struct Parameters<'a> {
     pub force_range: f64,
     /// Spool opening (1) beyond which a measurement is invalid.
     pub spool_range: f64,
-    /// Time (s) without a valid sample after which the controller starts from rest at the new operating point. The
+    /// Time (s) without a valid sample after which the controller resumes at the new operating point. The
     /// change since the last sample is then not that of one tick. With `f64::MAX` the controller continues from its
     /// last state.
     pub gap_time: f64,

@@ -255,7 +255,7 @@ typedef struct eft_parameters {
   double velocity_range;             // m/s; beyond it a measurement is invalid
   double force_range;                // N
   double spool_range;                // 1
-  double gap_time;                   // s; after this time without a valid sample the controller starts from rest
+  double gap_time;                   // s; after this time without a valid sample the controller resumes
   eft_learning learning;             // what is learned
   eft_protection protection;         // the protection
   uint32_t stuck_samples;            // samples; a measurement may repeat to the last bit this often, 0: not watched

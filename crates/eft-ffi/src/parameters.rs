@@ -125,7 +125,7 @@ data! {
         velocity_range: f64, "m/s; beyond it a measurement is invalid";
         force_range: f64, "N";
         spool_range: f64, "1";
-        gap_time: f64, "s; after this time without a valid sample the controller starts from rest";
+        gap_time: f64, "s; after this time without a valid sample the controller resumes";
         learning: eft_learning, "what is learned";
         protection: eft_protection, "the protection";
         stuck_samples: u32, "samples; a measurement may repeat to the last bit this often, 0: not watched";

@@ -37,7 +37,7 @@ impl Hash {
     }
 }
 
-/// The parameters of a rig that learns nothing. One that would learn starts from rest after a gap. Any other continues
+/// The parameters of a rig that learns nothing. One that would learn resumes after a gap. Any other continues
 /// from its last state, as the paper's controller.
 pub const fn fixed(parameters: Parameters<'_>) -> Parameters<'_> {
     if parameters.learning.is_on() {

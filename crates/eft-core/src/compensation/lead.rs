@@ -76,6 +76,11 @@ impl<S: Scalar> LeadNetwork<S> {
 }
 
 impl<S: Scalar> LeadState<S> {
+    /// With another last input, and the same washout.
+    #[inline(always)]
+    pub(crate) fn resumed(self, input: S) -> Self {
+        Self { input, ..self }
+    }
     /// `yes` where the mask is true, `no` elsewhere.
     #[inline(always)]
     pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {

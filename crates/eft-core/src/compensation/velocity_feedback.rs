@@ -66,10 +66,11 @@ impl<S: Scalar> CompensationState<S> {
         Self { lead, output }
     }
 
-    /// The steady state at this opening (1), where the mask `rests` is true.
+    /// Where the mask is true, the state with this opening (1) as its last one: the opening then has the rate from before
+    /// a gap.
     #[inline(always)]
-    pub(crate) fn rested(&self, rests: S::Mask, opening: S) -> Self {
-        Self { lead: LeadState::select(rests, LeadNetwork::at_rest(opening), self.lead), ..*self }
+    pub(crate) fn resumed(&self, resumes: S::Mask, opening: S) -> Self {
+        Self { lead: LeadState::select(resumes, self.lead.resumed(opening), self.lead), ..*self }
     }
 
     /// `yes` where the mask is true, `no` elsewhere.
@@ -154,7 +155,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         let (opening, _) = self.required_opening(input, calibration);
         let valid = self.accepts(input.velocity, input.force, input.spool);
         let opening = S::select(valid, opening, S::splat(0.0));
-        CompensationState::default().rested(S::Mask::splat(true), opening).advance(opening, calibration)
+        CompensationState::default().resumed(S::Mask::splat(true), opening).advance(opening, calibration)
     }
 
     /// Compensations of single rigs in lanes.
@@ -282,7 +283,7 @@ mod tests {
             let compensation = Compensation::<f64, 21>::new(&p).unwrap();
             let nominal = compensation.nominal();
             let output = |calibration: &Calibration<f64>| {
-                let state = CompensationState::default().rested(true, 0.1);
+                let state = CompensationState::default().resumed(true, 0.1);
                 let velocity = 0.2;
                 let input =
                     CompensationInput { velocity, force: 0.0, spool: 0.1, supply: 1.0, further_flow: 0.0 };

@@ -51,7 +51,7 @@ pub(crate) struct Sample<'a, S: Scalar> {
     pub(crate) supply: Supply<S>,
     /// Where command and measurements are valid.
     pub(crate) good: S::Mask,
-    /// Where it follows a gap: a good sample then starts from rest.
+    /// Where it follows a gap: a good sample then resumes.
     pub(crate) rests: S::Mask,
     /// Whether any lane looks ahead.
     pub(crate) ahead: bool,

@@ -29,7 +29,7 @@ section! {
         pub velocity_range: Option<f64>,
         /// Largest plausible measured spool opening to either side, dimensionless.
         pub spool_range: Option<f64>,
-        /// Time without a valid sample after which the controller starts from rest, s.
+        /// Time without a valid sample after which the controller resumes, s.
         pub gap_time: f64,
     }
 }
