@@ -226,6 +226,29 @@ def test_damaged_files_are_one_sentence(suffix, tmp_path, peak_memory):
     assert refused > (10 if suffix in (".tdms", ".csv") else 20)
 
 
+@pytest.mark.parametrize("size", [0, 2**64 - 16, 2**64 - 1])
+def test_an_hdf5_heap_without_end_is_refused(size, tmp_path):
+    path = save(tmp_path / "a.h5", {"time": TIME, "force": TIME})
+    with h5py.File(path, "r+") as file:
+        file["time"].attrs["units"], file["force"].attrs["units"] = "s", "N"
+    whole = path.read_bytes()
+    assert read_traces(path)["force"].size == TIME.size
+    object_at = whole.index(b"GCOL") + 16
+    # Object 0 is the free space.
+    number = 0 if size == 0 else 1
+    about = number.to_bytes(2, "little") + bytes(6) + size.to_bytes(8, "little")
+    path.write_bytes(whole[:object_at] + about + whole[object_at + 16 :])
+    code = (
+        f"from eft.traces import read_traces\ntry: read_traces({str(path)!r})\n"
+        "except ValueError as error: print(error)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=20
+    )
+    expected = f"{path}: not an HDF5 file that can be read: an object of a heap takes 0 bytes\n"
+    assert done.stdout == expected
+
+
 def test_a_damaged_tdms_file_writes_nothing_to_the_terminal(tmp_path):
     path = save(tmp_path / "a.tdms", {"time_s": TIME, "force_N": TIME})
     whole = path.read_bytes()

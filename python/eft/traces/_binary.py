@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import mmap
+import os
 import struct
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,10 @@ _COMPLEX = 0x0800
 """Flag of a complex array, whose second element of numbers is not checked."""
 _PIECE, _PIECES = 16384, 8
 """Bytes decompressed at a time here, and the multiple of it that SciPy decompresses at once."""
+_HEAP, _HEADER = b"GCOL\1\0\0\0", 16
+"""Beginning of a heap of texts in HDF5 files, and bytes of its header and of each object's."""
+_SEARCHED = 1 << 20
+"""Bytes searched for heaps at a time."""
 _NUMBERS = {
     "double",
     "single",
@@ -172,6 +177,7 @@ def hdf5(source: Path) -> Iterator[list[Column]]:
         file = h5py.File(source, "r")
     with file:
         with understood(source, wrong):
+            _check_heaps(source, file.id.get_create_plist().get_sizes()[1])
             file.visititems(visit)
             chosen = _commonest(source, [(name, item.size) for name, item in found.items()])
             columns = [
@@ -179,6 +185,43 @@ def hdf5(source: Path) -> Iterator[list[Column]]:
                 for name, size in chosen
             ]
         yield columns
+
+
+def _check_heaps(source: Path, length: int) -> None:
+    """Refuse a heap of texts with an object that takes no space, because the library would not end there.
+
+    `length` is the number of bytes of a size in this file.
+    """
+    with opened(source) as file:
+        whole = os.fstat(file.fileno()).st_size
+        for heap in _heaps(file):
+            at, end = heap + _HEADER, min(heap + _size(file, heap, length), whole)
+            while at + _HEADER <= end:
+                # Object 0 is the free space, whose size includes the header.
+                size, free = _size(file, at, length), _word(file, at, 2) == 0
+                taken = (size if free else _HEADER + (size + 7) // 8 * 8) % 256**length
+                if taken < _HEADER:
+                    raise ValueError(f"an object of a heap takes {taken} bytes")
+                at += taken
+
+
+def _heaps(file: BinaryIO) -> Iterator[int]:
+    """Where heaps begin. The file is read in pieces, because a mapped file counts as memory."""
+    at = 0
+    while len(piece := os.pread(file.fileno(), _SEARCHED, at)) >= len(_HEAP):
+        found = piece.find(_HEAP)
+        while found >= 0:
+            yield at + found
+            found = piece.find(_HEAP, found + 1)
+        at += len(piece) - len(_HEAP) + 1
+
+
+def _size(file: BinaryIO, at: int, length: int) -> int:
+    return _word(file, at + 8, length)
+
+
+def _word(file: BinaryIO, at: int, length: int) -> int:
+    return int.from_bytes(os.pread(file.fileno(), length, at), "little")
 
 
 def _check_storage(item: Any) -> None:
