@@ -4,6 +4,7 @@
  */
 #ifndef EFT_RIG_ADAPTIVE_H
 #define EFT_RIG_ADAPTIVE_H
+#define EFT_RIG_ADAPTIVE_CHECKSUM 0xdf5aba95
 
 #include <float.h>
 
@@ -92,4 +93,6 @@ static const eft_parameters EFT_RIG_ADAPTIVE = {
   0u, /* stuck_samples, samples */
 };
 
+#elif EFT_RIG_ADAPTIVE_CHECKSUM != 0xdf5aba95
+#error "two rigs are called EFT_RIG_ADAPTIVE: export one of them with another --name"
 #endif

@@ -5,6 +5,7 @@
  */
 #ifndef EFT_RIG_GUARDED_H
 #define EFT_RIG_GUARDED_H
+#define EFT_RIG_GUARDED_CHECKSUM 0x5f55ef87
 
 #include <float.h>
 
@@ -93,4 +94,6 @@ static const eft_parameters EFT_RIG_GUARDED = {
   0u, /* stuck_samples, samples */
 };
 
+#elif EFT_RIG_GUARDED_CHECKSUM != 0x5f55ef87
+#error "two rigs are called EFT_RIG_GUARDED: export one of them with another --name"
 #endif

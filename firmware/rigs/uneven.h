@@ -4,6 +4,7 @@
  */
 #ifndef EFT_RIG_UNEVEN_H
 #define EFT_RIG_UNEVEN_H
+#define EFT_RIG_UNEVEN_CHECKSUM 0x08461d11
 
 #include <float.h>
 
@@ -92,4 +93,6 @@ static const eft_parameters EFT_RIG_UNEVEN = {
   0u, /* stuck_samples, samples */
 };
 
+#elif EFT_RIG_UNEVEN_CHECKSUM != 0x08461d11
+#error "two rigs are called EFT_RIG_UNEVEN: export one of them with another --name"
 #endif

@@ -5,6 +5,7 @@
  */
 #ifndef EFT_RIG_WORN_H
 #define EFT_RIG_WORN_H
+#define EFT_RIG_WORN_CHECKSUM 0x14e4ba80
 
 #include <float.h>
 
@@ -93,4 +94,6 @@ static const eft_parameters EFT_RIG_WORN = {
   0u, /* stuck_samples, samples */
 };
 
+#elif EFT_RIG_WORN_CHECKSUM != 0x14e4ba80
+#error "two rigs are called EFT_RIG_WORN: export one of them with another --name"
 #endif

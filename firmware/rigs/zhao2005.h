@@ -4,6 +4,7 @@
  */
 #ifndef EFT_RIG_ZHAO2005_H
 #define EFT_RIG_ZHAO2005_H
+#define EFT_RIG_ZHAO2005_CHECKSUM 0xf2cc789e
 
 #include <float.h>
 
@@ -92,4 +93,6 @@ static const eft_parameters EFT_RIG_ZHAO2005 = {
   0u, /* stuck_samples, samples */
 };
 
+#elif EFT_RIG_ZHAO2005_CHECKSUM != 0xf2cc789e
+#error "two rigs are called EFT_RIG_ZHAO2005: export one of them with another --name"
 #endif

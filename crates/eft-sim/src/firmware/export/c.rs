@@ -18,11 +18,21 @@ pub(super) fn write(out: &mut String, parts: &Parts) -> Result {
         let start = if n == 0 { "/*" } else { " *" };
         writeln!(out, "{}", format!("{start} {line}").trim_end())?;
     }
-    writeln!(out, " */\n#ifndef {constant}_H\n#define {constant}_H\n")?;
+    let mut values = String::new();
+    structure(&mut values, &fields(&parts.parameters), "  ")?;
+    let checksum = checksum(&values);
+    writeln!(out, " */\n#ifndef {constant}_H\n#define {constant}_H")?;
+    writeln!(out, "#define {constant}_CHECKSUM {checksum}\n")?;
     writeln!(out, "#include <float.h>\n\n#include \"eft.h\"\n")?;
-    writeln!(out, "static const eft_parameters {constant} = {{")?;
-    structure(out, &fields(&parts.parameters), "  ")?;
-    writeln!(out, "}};\n\n#endif")
+    writeln!(out, "static const eft_parameters {constant} = {{\n{values}}};\n")?;
+    writeln!(out, "#elif {constant}_CHECKSUM != {checksum}")?;
+    writeln!(out, "#error \"two rigs are called {constant}: export one of them with another --name\"\n#endif")
+}
+
+/// A checksum (FNV-1a) of the values as C writes it. A second rig of the same name is recognised by it.
+fn checksum(values: &str) -> String {
+    let step = |sum: u32, byte: u8| (sum ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+    format!("{:#010x}", values.bytes().fold(0x811c_9dc5, step))
 }
 
 /// The constant's name: `EFT_RIG`, followed by the rig's name with the letters that C allows.

@@ -252,6 +252,31 @@ fn a_name_that_is_not_an_identifier_is_refused() {
 }
 
 #[test]
+fn two_rigs_of_one_name_are_an_error_of_the_compiler() {
+    let folder = std::env::temp_dir().join(format!("eft-names-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let rig = RigConfig::zhao2005();
+    let other = rig.replace(&[("actuator.piston_area", 9e-3.into())]).unwrap();
+    for (file, rig) in [("a.h", &rig), ("again.h", &rig), ("other.h", &other)] {
+        std::fs::write(folder.join(file), export(rig, None, Target::C).unwrap()).unwrap();
+    }
+    let compiled = |second: &str| {
+        let text = format!("#include \"a.h\"\n#include \"{second}\"\n");
+        std::fs::write(folder.join("all.c"), text).unwrap();
+        let header = concat!("-I", env!("CARGO_MANIFEST_DIR"), "/../eft-ffi/include");
+        let mut command = std::process::Command::new("cc");
+        command.args(["-std=c99", "-fsyntax-only", header]).arg(folder.join("all.c"));
+        let out = command.output().unwrap();
+        (out.status.success(), String::from_utf8_lossy(&out.stderr).into_owned())
+    };
+    let (passes, said) = compiled("again.h");
+    assert!(passes, "{said}");
+    let (passes, said) = compiled("other.h");
+    assert!(!passes && said.contains("two rigs are called EFT_RIG_ZHAO2005"), "{said}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn a_rig_that_needs_code_of_the_firmware_is_refused() {
     let rig = RigConfig::zhao2005().with(|rig| rig.compensation.computation_delay = 2).unwrap();
     let refusal = export(&rig, Some("rig"), Target::C).unwrap_err().to_string();
