@@ -26,8 +26,13 @@ macro_rules! constructor {
                 levels: Levels,
             ) -> Result<Self, ConfigError> {
                 let highest = check!(range(trip, levels.trip));
+                // Without a warning level the trip level is the warning's, so the trip comes first.
                 let lowest = check!(range(warning, levels.warning));
-                check!(within(warning, lowest, 0.0, highest));
+                let lowest = if levels.warning < f64::MAX {
+                    check!(within(warning, lowest, 0.0, highest))
+                } else {
+                    highest
+                };
                 Ok(Self {
                     warning: lowest as $t,
                     trip: highest as $t,

@@ -218,6 +218,9 @@ fn bad_parameters_are_named() {
     let with = |force| made(ProtectionParameters { force, ..ProtectionParameters::DEFAULT });
     assert!(with(Levels::NONE).is_ok());
     assert!(with(Levels { warning: 2.0, trip: 1.0 }).is_err());
+    assert!(with(Levels { warning: f64::INFINITY, trip: 1.0 }).is_err());
+    // No warning beside a trip level.
+    assert_eq!(with(Levels { warning: f64::MAX, trip: 1.0 }), with(Levels { warning: 1.0, trip: 1.0 }));
     assert!(with(Levels { warning: f64::NAN, trip: 1.0 }).is_err());
     let waiting = |lost_samples| made(ProtectionParameters { lost_samples, ..ProtectionParameters::DEFAULT });
     assert!(waiting(100_000).is_ok() && waiting(100_001).is_err());
