@@ -59,6 +59,9 @@ def _checked(path: Path, about: os.stat_result) -> int:
         raise IsADirectoryError(21, "is a folder, must be a file", str(path))
     if not stat.S_ISREG(about.st_mode):
         raise OSError(22, "is a pipe or a device, must be an ordinary file", str(path))
+    # They call themselves ordinary, but a read can wait or fail.
+    if os.path.realpath(path).startswith(("/proc/", "/sys/")):
+        raise OSError(22, "is a file of the kernel, must be an ordinary file", str(path))
     return about.st_size
 
 

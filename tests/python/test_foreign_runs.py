@@ -4,6 +4,7 @@ import io
 import os
 import random
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -163,6 +164,20 @@ def test_pipes_and_devices_are_refused_at_once(tmp_path, capsys):
     assert main(["run", "--record", "/dev/zero"]) == 2
     assert main(["run", "--rig", "/dev/zero", "--record", "elcentro"]) == 2
     assert capsys.readouterr().err.count("is a pipe or a device") == 2
+
+
+@pytest.mark.skipif(not Path("/proc/kmsg").exists(), reason="no file of the kernel that waits")
+def test_files_of_the_kernel_are_refused_at_once(tmp_path, capsys):
+    (tmp_path / "a.csv").symlink_to("/proc/kmsg")
+    for arguments in (
+        ["check", "/proc/kmsg"],
+        ["check", "/proc/self/status"],
+        ["run", "--record", "/proc/kmsg"],
+        ["compare", str(tmp_path / "a.csv"), str(tmp_path / "a.csv")],
+    ):
+        assert main(arguments) == 2
+        said = capsys.readouterr().err
+        assert "is a file of the kernel, must be an ordinary file" in said and said.count("\n") == 1, said
 
 
 @pytest.mark.parametrize("code", [0xD800, 0xDFFF, 0x110000, 0xFFFFFFFF])
