@@ -122,6 +122,18 @@ def test_rows_of_another_kind_are_one_sentence(folder):
             eft.Study.load(folder)["nrmse"]
 
 
+def test_an_unknown_verdict_is_one_sentence(folder, tmp_path, capsys):
+    part = part_of(folder)
+    table = pa.parquet.read_table(part)
+    place = table.schema.get_field_index("verdict")
+    changed = table.set_column(place, table.schema.field(place), [["maybe"] * table.num_rows])
+    pa.parquet.write_table(changed, part)
+    assert main(["report", str(folder), "-o", str(tmp_path / "a.html")]) == 2
+    said = capsys.readouterr().err
+    assert "column verdict has 'maybe', must be one of go, caution, no" in said, said
+    assert said.count("\n") == 1, said
+
+
 def test_texts_that_many_rows_share_take_their_memory_once(tmp_path, peak_memory):
     rows = 200
     values = [1.0 + i / rows for i in range(rows)]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from eft._extras import need
+from eft._findings import GRADES
 from eft._foreign import Budget, WrongFileError, check_unpacked, ordinary_size, understood
 from eft._study._combinations import MOST
 from eft._study._plan import FORMAT
@@ -129,7 +131,11 @@ def read_part(part: Path, schema: Any, rows: int, names: Sequence[str] | None) -
             for place in lists:
                 budget.take(8 * group.column(place).num_values)
         table = file.read(columns=[field.name for field in wanted])
-        return {name: _listed(table[name]) for name in table.column_names}
+        columns = {name: _listed(table[name]) for name in table.column_names}
+        if unknown := set(columns.get("verdict", [])) - {*GRADES, None}:
+            shown = reprlib.repr(min(unknown))
+            raise ValueError(f"column verdict has {shown}, must be one of {', '.join(GRADES)}")
+        return columns
 
 
 def _listed(column: Any) -> list[Any]:
