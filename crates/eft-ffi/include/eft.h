@@ -41,6 +41,8 @@
    With the learner in a task of lower priority, the interrupt offers the window (eft_offer_window_f32). It publishes
    the calibration that it takes (eft_take_calibration_f32). The task takes the window and offers the calibration.
 
+   The language is C99 or C++11, or later ones.
+
    Rules for every function:
    - Memory. The caller owns every struct and passes it by pointer. The library has no globals and allocates no memory.
      A struct with a marker is opaque: a function makes it. One that was never made is refused with EFT_NOT_MADE.
@@ -58,6 +60,10 @@
 
 #include <stddef.h>
 #include <stdint.h>
+
+#if defined(__cplusplus) && __cplusplus < 201103L && !defined(_MSC_VER)
+#error "eft.h needs C++11 or later"
+#endif
 
 #if defined(__cplusplus) ? __cplusplus >= 201703L : defined(__STDC_VERSION__) && __STDC_VERSION__ >= 202311L
 #define EFT_NODISCARD [[nodiscard]]
