@@ -226,7 +226,7 @@ def test_damaged_files_are_one_sentence(suffix, tmp_path, peak_memory):
     assert refused > (10 if suffix in (".tdms", ".csv") else 20)
 
 
-@pytest.mark.parametrize("size", [0, 2**64 - 16, 2**64 - 1])
+@pytest.mark.parametrize("size", [0, 2**64 - 16])
 def test_an_hdf5_heap_without_end_is_refused(size, tmp_path):
     path = save(tmp_path / "a.h5", {"time": TIME, "force": TIME})
     with h5py.File(path, "r+") as file:
