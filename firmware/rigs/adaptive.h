@@ -4,7 +4,7 @@
  */
 #ifndef EFT_RIG_ADAPTIVE_H
 #define EFT_RIG_ADAPTIVE_H
-#define EFT_RIG_ADAPTIVE_CHECKSUM 0xdf5aba95
+#define EFT_RIG_ADAPTIVE_CHECKSUM 0xb1e8f03b
 
 #include <float.h>
 
@@ -51,7 +51,7 @@ static const eft_parameters EFT_RIG_ADAPTIVE = {
   3.0, /* velocity_range, m/s */
   200000.0, /* force_range, N */
   1.2, /* spool_range, 1 */
-  0.001, /* gap_time, s */
+  0.0025, /* gap_time, s */
   { /* learning */
     1, /* adaptive */
     0, /* curve_correction */
@@ -93,6 +93,6 @@ static const eft_parameters EFT_RIG_ADAPTIVE = {
   0u, /* stuck_samples, samples */
 };
 
-#elif EFT_RIG_ADAPTIVE_CHECKSUM != 0xdf5aba95
+#elif EFT_RIG_ADAPTIVE_CHECKSUM != 0xb1e8f03b
 #error "two rigs are called EFT_RIG_ADAPTIVE: export one of them with another --name"
 #endif

@@ -5,7 +5,7 @@
  */
 #ifndef EFT_RIG_GUARDED_H
 #define EFT_RIG_GUARDED_H
-#define EFT_RIG_GUARDED_CHECKSUM 0x5f55ef87
+#define EFT_RIG_GUARDED_CHECKSUM 0x2ac0fbe3
 
 #include <float.h>
 
@@ -52,7 +52,7 @@ static const eft_parameters EFT_RIG_GUARDED = {
   3.0, /* velocity_range, m/s */
   200000.0, /* force_range, N */
   1.2, /* spool_range, 1 */
-  0.001, /* gap_time, s */
+  0.0025, /* gap_time, s */
   { /* learning */
     1, /* adaptive */
     1, /* curve_correction */
@@ -94,6 +94,6 @@ static const eft_parameters EFT_RIG_GUARDED = {
   0u, /* stuck_samples, samples */
 };
 
-#elif EFT_RIG_GUARDED_CHECKSUM != 0x5f55ef87
+#elif EFT_RIG_GUARDED_CHECKSUM != 0x2ac0fbe3
 #error "two rigs are called EFT_RIG_GUARDED: export one of them with another --name"
 #endif

@@ -4,7 +4,7 @@
  */
 #ifndef EFT_RIG_UNEVEN_H
 #define EFT_RIG_UNEVEN_H
-#define EFT_RIG_UNEVEN_CHECKSUM 0x08461d11
+#define EFT_RIG_UNEVEN_CHECKSUM 0x2e5e6fcf
 
 #include <float.h>
 
@@ -51,7 +51,7 @@ static const eft_parameters EFT_RIG_UNEVEN = {
   1.1, /* velocity_range, m/s */
   220000.0, /* force_range, N */
   1.15, /* spool_range, 1 */
-  0.001, /* gap_time, s */
+  0.0025, /* gap_time, s */
   { /* learning */
     0, /* adaptive */
     0, /* curve_correction */
@@ -93,6 +93,6 @@ static const eft_parameters EFT_RIG_UNEVEN = {
   0u, /* stuck_samples, samples */
 };
 
-#elif EFT_RIG_UNEVEN_CHECKSUM != 0x08461d11
+#elif EFT_RIG_UNEVEN_CHECKSUM != 0x2e5e6fcf
 #error "two rigs are called EFT_RIG_UNEVEN: export one of them with another --name"
 #endif

@@ -4,7 +4,7 @@
  */
 #ifndef EFT_RIG_ZHAO2005_H
 #define EFT_RIG_ZHAO2005_H
-#define EFT_RIG_ZHAO2005_CHECKSUM 0xf2cc789e
+#define EFT_RIG_ZHAO2005_CHECKSUM 0xa2afb612
 
 #include <float.h>
 
@@ -51,7 +51,7 @@ static const eft_parameters EFT_RIG_ZHAO2005 = {
   DBL_MAX, /* velocity_range, m/s */
   DBL_MAX, /* force_range, N */
   DBL_MAX, /* spool_range, 1 */
-  0.001, /* gap_time, s */
+  0.0025, /* gap_time, s */
   { /* learning */
     0, /* adaptive */
     0, /* curve_correction */
@@ -93,6 +93,6 @@ static const eft_parameters EFT_RIG_ZHAO2005 = {
   0u, /* stuck_samples, samples */
 };
 
-#elif EFT_RIG_ZHAO2005_CHECKSUM != 0xf2cc789e
+#elif EFT_RIG_ZHAO2005_CHECKSUM != 0xa2afb612
 #error "two rigs are called EFT_RIG_ZHAO2005: export one of them with another --name"
 #endif

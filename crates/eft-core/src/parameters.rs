@@ -294,7 +294,7 @@ impl Parameters<'static> {
         velocity_range: f64::MAX,
         force_range: f64::MAX,
         spool_range: f64::MAX,
-        gap_time: 0.001,
+        gap_time: 0.0025,
         learning: Learning::OFF,
         protection: None,
         stuck_samples: 0,

@@ -45,7 +45,7 @@ pub const PARAMETERS: Parameters = Parameters {
     velocity_range: 3.0, // m/s
     force_range: 200000.0, // N
     spool_range: 1.2, // 1
-    gap_time: 0.001, // s
+    gap_time: 0.0025, // s
     learning: Learning {
         adaptive: true,
         curve_correction: true,

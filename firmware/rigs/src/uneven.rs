@@ -44,7 +44,7 @@ pub const PARAMETERS: Parameters = Parameters {
     velocity_range: 1.1, // m/s
     force_range: 220000.0, // N
     spool_range: 1.15, // 1
-    gap_time: 0.001, // s
+    gap_time: 0.0025, // s
     learning: Learning {
         adaptive: false,
         curve_correction: false,

@@ -44,7 +44,7 @@ pub const PARAMETERS: Parameters = Parameters {
     velocity_range: f64::MAX, // m/s
     force_range: f64::MAX, // N
     spool_range: f64::MAX, // 1
-    gap_time: 0.001, // s
+    gap_time: 0.0025, // s
     learning: Learning {
         adaptive: false,
         curve_correction: false,

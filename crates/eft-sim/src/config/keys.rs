@@ -253,7 +253,7 @@ pub static KEYS: &[Key] = &[
     key("limits.force_range", "N", Float(1e-9, 1e12), Optional, "largest plausible measured force to either side"),
     key("limits.velocity_range", "m/s", Float(1e-9, 1e3), Optional, "largest plausible measured velocity to either side"),
     key("limits.spool_range", "", Float(1e-6, 10.0), Optional, "largest plausible measured spool opening to either side"),
-    key("limits.gap_time", "s", Float(0.0, 1e3), float(0.001), "time without a valid sample after which the controller resumes at the new operating point; after a shorter time it continues"),
+    key("limits.gap_time", "s", Float(0.0, 1e3), float(0.0025), "time without a valid sample after which the controller resumes at the new operating point; after a shorter time it continues"),
 
     key("verdict.caution.force_error", "", Float(1e-6, 1e6), float(0.1), "force error, rms over rms, above which the verdict is a caution"),
     key("verdict.caution.displacement_error", "", Float(1e-6, 1e6), float(0.1), "displacement error against the ideal response, rms over rms, above which the verdict is a caution"),
