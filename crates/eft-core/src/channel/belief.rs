@@ -151,13 +151,15 @@ impl<T: Real, const N: usize> Channel<T, N> {
     }
 
     /// Whether the velocity may be wrong although the force is blamed. If the displacement is blamed and the force then
-    /// leaves its command, the velocity was wrong.
+    /// leaves its command, the velocity was wrong unless the flow still speaks against the displacement.
     #[inline(always)]
     pub(super) fn doubts_velocity(&self, state: &ChannelState<T>) -> bool {
         let [force, displacement, ..] = state.plausibility.distrusted();
         let cause = state.protection.cause();
         let balance = state.plausibility.is_by_balance() || cause == Cause::ForceLevel;
-        let doubted = if displacement { cause == Cause::DisplacementImplausible && !force } else { balance };
+        let contradicted =
+            cause == Cause::DisplacementImplausible && state.plausibility.contradicts_velocity();
+        let doubted = if displacement { contradicted && !force } else { balance };
         doubted && matches!(self.velocity, Velocity::Sensor)
     }
 }

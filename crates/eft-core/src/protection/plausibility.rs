@@ -210,13 +210,18 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             return cause;
         }
         let valid = input.force.is_finite() & input.spool.is_finite() & velocity.is_finite();
-        let unquestioned = !state.distrusted.iter().any(|distrusted| *distrusted);
-        if !(valid & input.displacement.is_finite() & unquestioned) {
+        let [force, displacement, others @ ..] = state.distrusted;
+        let questioned = force | others.contains(&true);
+        if !(valid & input.displacement.is_finite()) | questioned {
             state.goes_on = false;
             self.learn_null_without_force(state, input, known);
             return Cause::None;
         }
         self.sum_up(state, input, velocity, known);
+        if displacement {
+            // The evidence about the motion goes on, in case the velocity was wrong.
+            return Cause::None;
+        }
         let stuck = self.stuck(state, input, velocity, known.command);
         if stuck != Cause::None {
             return stuck;
@@ -360,6 +365,12 @@ impl<T: Real> PlausibilityState<T> {
     /// The spool opening (1) from the valve command.
     #[inline(always)]
     pub(crate) fn spool(&self) -> T {
+    /// Whether the flow agrees better with the displacement than with the velocity.
+    #[inline(always)]
+    pub(crate) fn contradicts_velocity(&self) -> bool {
+        !self.evidence.is_of_displacement()
+    }
+
         let [_, opening, ..] = self.valve;
         opening
     }

@@ -80,12 +80,37 @@ fn after_a_force_level_the_velocity_is_doubted_and_after_another_level_not() {
         state.protection.trip_by(cause);
         assert_eq!(channel.doubts_velocity(&state), doubted, "{cause:?}");
     }
-    // A displacement was blamed. If the loop opens then, the velocity was wrong, unless the force is blamed as well.
-    let mut state = channel.at_rest();
-    for (blamed, doubted) in [(Cause::DisplacementImplausible, true), (Cause::ForceLost, false)] {
-        state.protection.trip_by(blamed);
-        state.plausibility.distrust(blamed);
-        assert_eq!(channel.doubts_velocity(&state), doubted, "{blamed:?}");
+}
+
+#[test]
+fn after_a_blamed_displacement_the_flow_decides_whether_the_velocity_is_doubted() {
+    let channel = watched();
+    let travel = |tick: u32| 0.2 / (0.01 * RIG.sample_rate) * (1.0 - libm::cos(0.01 * f64::from(tick)));
+    let swing = |tick: u32| Input { displacement: travel(tick), ..swing(tick) };
+    let mut sound = channel.at_rest();
+    for tick in 0..60 {
+        channel.step(&mut sound, &swing(tick));
+    }
+    for (velocity_turns, doubted) in [(false, false), (true, true)] {
+        let mut state = sound;
+        state.protection.trip_by(Cause::DisplacementImplausible);
+        state.plausibility.distrust(Cause::DisplacementImplausible);
+        assert!(!channel.doubts_velocity(&state));
+        for tick in 60..120 {
+            let (input, stuck) = (swing(tick), swing(60).displacement);
+            let input = if velocity_turns {
+                // Slowly, as a jump would be refused.
+                let sign = 1.0 - 0.05 * f64::from(tick - 60);
+                Input { velocity: sign * input.velocity, ..input }
+            } else {
+                Input { displacement: stuck, ..input }
+            };
+            channel.step(&mut state, &input);
+        }
+        assert_eq!(channel.doubts_velocity(&state), doubted, "{velocity_turns}");
+        // A force that is blamed as well was wrong.
+        state.plausibility.distrust(Cause::ForceLost);
+        assert!(!channel.doubts_velocity(&state));
     }
 }
 
