@@ -33,7 +33,8 @@ const TURNED: f64 = 0.25;
 const AGAINST: f64 = 6.0e-4;
 /// Corner (Hz) below which the spool is compared with its command.
 const SLOW: f64 = 5.0;
-/// Highest frequency (Hz) at which a signal may swing between its trip levels and still pass the gate.
+/// Highest frequency (Hz) at which a signal may swing between its trip levels and still pass the gate. For the velocity
+/// it is [`FASTEST`].
 const SWING: f64 = 30.0;
 /// Share of the actuator's capacity by which friction may change the force at once.
 const FRICTION: f64 = 0.01;
@@ -139,6 +140,7 @@ macro_rules! constructor {
                     noise * displacement_noise + swing * displacement
                 } else {
                     f32::MAX as f64
+                let motion = core::f64::consts::TAU * FASTEST / rate;
                 };
                 let low = share(CORNER, rate);
                 let flow_noise = area * velocity_noise + greatest * spool_noise;
@@ -186,7 +188,7 @@ macro_rules! constructor {
                         jump: [
                             (HELD * (noise * force_noise + swing * force)) as $t,
                             far as $t,
-                            (noise * velocity_noise + swing * velocity) as $t,
+                            (noise * velocity_noise + motion * velocity) as $t,
                             (noise * spool_noise + swing * spool) as $t,
                         ],
                         friction: (FRICTION * capacity) as $t,
