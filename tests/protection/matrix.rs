@@ -292,22 +292,26 @@ fn a_fast_yielding_specimen_is_braked_after_a_trip() {
     let ideal = ideal_response(&sound, &command, &SimulateOptions::default()).unwrap();
     let ideal = ideal.displacement.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     // The specimen moves at 0.39 m/s then, and the earthquake would have braked it.
-    let start = 2.227;
-    command.values.truncate(((start + 3.0) * RATE) as usize);
+    let starts = [2.18, 2.21, 2.227];
+    command.values.truncate(((starts[2] + 3.0) * RATE) as usize);
     let signals = ["displacement", "velocity", "spool"];
-    for adaptive in [false, true] {
-        let rigs = signals.map(|signal| {
-            let changes = [&transient(signal, "lost", start)[..], &yields()].concat();
-            rig("digital", adaptive, true, &changes)
+    for (force_loop, adaptive) in [("pd", false), ("pd", true), ("robust", false), ("robust", true)] {
+        let faults = signals.into_iter().flat_map(|signal| starts.map(|start| (signal, start)));
+        let rigs = faults.clone().map(|(signal, start)| {
+            let lost = transient(signal, "lost", start);
+            let designed = [("controller.force_loop", force_loop.into())];
+            rig("digital", adaptive, true, &[&lost[..], &yields(), &designed].concat())
         });
-        for (signal, run) in signals.into_iter().zip(runs(&rigs, &command)) {
-            let most = seen(&run, start).displacement / ideal;
-            keep(
-                format_args!("yielding specimen in El Centro, {signal} lost, adaptive {adaptive}"),
-                &[("displacement over the ideal one", most)],
-            );
-            assert!(most < 1.2, "{signal}, adaptive {adaptive}: {most}");
+        let mut worst = [0.0_f64; 3];
+        for ((signal, start), run) in faults.clone().zip(runs(&rigs.collect::<Vec<_>>(), &command)) {
+            let ratio = seen(&run, start).displacement / ideal;
+            assert!(ratio < 1.2, "{signal} at {start}, {force_loop}, adaptive {adaptive}: {ratio}");
+            let place = signals.iter().position(|known| *known == signal).unwrap();
+            worst[place] = worst[place].max(ratio);
         }
+        let what = format!("yielding specimen in El Centro, {force_loop}, adaptive {adaptive}");
+        let kept: Vec<_> = signals.into_iter().zip(worst).collect();
+        keep(what, &kept);
     }
 }
 

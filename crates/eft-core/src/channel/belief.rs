@@ -111,13 +111,16 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 believed.status |= status::FORCE_LOOP_OPEN;
                 // A wrong force has wound the integral up.
                 state.controller.forget();
+            } else if let Some(share) = state.protection.braking() {
+                believed.braking = watch.brake(&mut state.plausibility, believed.velocity, share);
+                believed.command = protected.command - believed.braking;
             }
         }
         protected.authority
     }
 
-    /// The velocity (m/s) to compensate for. Without a trip it is the believed one. After a trip the brake leaves a part of
-    /// it, and an open loop follows the piston at a lower level and without the null bias.
+    /// The velocity (m/s) to compensate for. Without a trip it is the believed one. After a trip it is lower, and
+    /// an open loop follows the piston without the null bias.
     #[inline(always)]
     fn compensated(
         &self,
@@ -133,15 +136,13 @@ impl<T: Real, const N: usize> Channel<T, N> {
         // Without a motion there is nothing to follow, and a closed valve drifts least.
         let rests = protected.open && watch.rests(&state.plausibility);
         let velocity = velocity * if rests { zero } else { protected.level };
-        let velocity = match state.protection.braking() {
-            _ if protected.open => {
-                let calibration = state.calibration();
-                let adds = calibration.null_signal.abs() > zero;
-                let added = if adds { calibration.null_offset } else { zero };
-                velocity - watch.null_velocity(&state.plausibility, believed.spool, added)
-            }
-            Some(share) => watch.brake(velocity, share),
-            None => velocity,
+        let velocity = if protected.open {
+            let calibration = state.calibration();
+            let adds = calibration.null_signal.abs() > zero;
+            let added = if adds { calibration.null_offset } else { zero };
+            velocity - watch.null_velocity(&state.plausibility, believed.spool, added)
+        } else {
+            velocity
         };
         let source = protected.status & (status::TRIPPED | status::SHUT_DOWN)
             | believed.status & status::VELOCITY_DISTRUSTED

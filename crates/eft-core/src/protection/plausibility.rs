@@ -36,8 +36,6 @@ const BEFORE: f64 = 0.1;
 const DOUBT: f64 = 0.003;
 /// Largest null bias (1) that is compensated for while the force loop is open.
 const NULL: f64 = 0.05;
-/// Share of the velocity that the brake leaves uncompensated.
-const BRAKE: f64 = 0.2;
 
 /// A plausibility watch's immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,8 +75,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) per_reversal: T,
     /// Share (1) of the step between two sources of the velocity that remains after a sample.
     pub(super) fade: T,
-    /// Largest velocity (m/s) that the brake leaves uncompensated.
-    pub(super) brake: T,
+    /// The brake's largest force (N), and the reciprocal of the velocity (s/m) from which on it has this force.
+    pub(super) brake: [T; 2],
     /// Flow (m³/s) that an overlap of the spool may block.
     pub(super) null_drift: T,
     /// Difference (N) at which the force counts as far from its command.
@@ -143,13 +141,15 @@ pub(crate) struct PlausibilityState<T> {
     followed: T,
     step: T,
     source: u32,
+    /// The low-passed velocity (m/s) of the brake.
+    braked: T,
     load_pressure: LoadPressureState<T>,
     /// Time (s) of the balanced samples, up to [`MEMORY`].
     age: T,
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias.
     null: T,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, load_pressure, age, null);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, load_pressure, age, null);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -279,11 +279,16 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         slow + direction(slow) * direction(smooth) * (velocity - smooth)
     }
 
-    /// The velocity (m/s) to compensate for at a share (1) of the brake. The rest makes a force against the motion, as
-    /// friction does, up to a limit.
+    /// The force (N) of the brake at a share (1) of it, in the direction of the velocity. It acts against the motion, as
+    /// friction does. A low-pass keeps the oil column's oscillation out of it.
     #[inline(always)]
-    pub(crate) fn brake(&self, velocity: T, share: T) -> T {
-        velocity - share * (T::splat(BRAKE) * velocity).limit(-self.brake, self.brake)
+    pub(crate) fn brake(&self, state: &mut PlausibilityState<T>, velocity: T, share: T) -> T {
+        if velocity.is_finite() {
+            follow(&mut state.braked, self.fine, velocity);
+        }
+        let [force, per_velocity] = self.brake;
+        let one = T::splat(1.0);
+        share * force * (per_velocity * state.braked).limit(-one, one)
     }
 
     /// The velocity (m/s) that the null bias makes while the force loop is open, at this opening (1), apart from the opening
@@ -332,9 +337,19 @@ impl<T: Real> PlausibilityState<T> {
 
     /// The state before the first sample, with what is known of sensors and valve.
     pub(crate) fn begun_anew(&self) -> Self {
-        let Self { distrusted, by_balance, null, followed, step, source, .. } = *self;
+        let Self { distrusted, by_balance, null, followed, step, source, braked, .. } = *self;
         let load_pressure = self.load_pressure.begun_anew();
-        Self { distrusted, by_balance, null, followed, step, source, load_pressure, ..Self::default() }
+        Self {
+            distrusted,
+            by_balance,
+            null,
+            followed,
+            step,
+            source,
+            braked,
+            load_pressure,
+            ..Self::default()
+        }
     }
 
     /// Whether the reading of the force jumped in this tick.
@@ -348,6 +363,12 @@ impl<T: Real> PlausibilityState<T> {
     #[inline(always)]
     pub(crate) fn is_by_balance(&self) -> bool {
         self.by_balance
+    }
+
+    /// Whether the flow agrees better with the displacement than with the velocity.
+    #[inline(always)]
+    pub(crate) fn contradicts_velocity(&self) -> bool {
+        !self.evidence.is_of_displacement()
     }
 
     /// The distrusted sensors, in the order of [`FORCE`] and its siblings.
@@ -365,12 +386,6 @@ impl<T: Real> PlausibilityState<T> {
     /// The spool opening (1) from the valve command.
     #[inline(always)]
     pub(crate) fn spool(&self) -> T {
-    /// Whether the flow agrees better with the displacement than with the velocity.
-    #[inline(always)]
-    pub(crate) fn contradicts_velocity(&self) -> bool {
-        !self.evidence.is_of_displacement()
-    }
-
         let [_, opening, ..] = self.valve;
         opening
     }

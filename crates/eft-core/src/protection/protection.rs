@@ -326,11 +326,12 @@ impl<T: Real> ProtectionState<T> {
         self.shut_down.set();
     }
 
-    /// Share of the brake (1) after a trip: it increases as the command decreases. Without a brake a specimen keeps its
+    /// Share of the brake (1) after a trip: it increases as the command decreases, to all at half the command. Without a brake a specimen keeps its
     /// kinetic energy when its command becomes zero, and a yielding specimen moves far.
     #[inline(always)]
     pub(crate) fn braking(&self) -> Option<T> {
-        self.tripped.is_set().then(|| T::splat(1.0) - self.scale.share())
+        let one = T::splat(1.0);
+        self.tripped.is_set().then(|| (T::splat(2.0) * (one - self.scale.share())).limit(T::splat(0.0), one))
     }
 
     /// Records that no velocity is left to follow in a shutdown.

@@ -60,7 +60,7 @@ fn the_brake_takes_the_commands_place_after_every_trip() {
         state.trip_by(cause);
         for n in 1..=12 {
             let out = p.step(&mut state, &input(60.0, 0.0, 0.0, 0.0, 0.0));
-            let expected = 1.0 - out.command / 60.0;
+            let expected = (2.0 * (1.0 - out.command / 60.0)).min(1.0);
             let share = state.braking().unwrap();
             assert!((share - expected).abs() < 1e-6, "{cause:?} {n}: {share} {expected}");
         }

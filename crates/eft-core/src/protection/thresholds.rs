@@ -23,8 +23,11 @@ const PRESSURE_LATE: f64 = 5.0e-4;
 const PRESSURE_TIME: f64 = 5.0e-4;
 /// Share of the velocity's trip level below which its direction has a smaller weight.
 const REVERSAL: f64 = 0.01;
-/// Largest share of the velocity's trip level that the brake leaves uncompensated.
-const BRAKE: f64 = 1.0 / 30.0;
+/// The brake's largest force as a share of the force's warning level, so that it does not warn, or of the capacity without
+/// a level. It is reached at this share of the velocity's trip level.
+const BRAKE: f64 = 0.4;
+const BRAKE_OF_CAPACITY: f64 = 0.05;
+const BRAKED: f64 = 1.0 / 6.0;
 /// Share of friction's oil flow that is allowed for a force of the wrong sign. It is small, because friction does not
 /// reverse a sign.
 const TURNED: f64 = 0.25;
@@ -130,17 +133,20 @@ macro_rules! constructor {
                 let capacity = area * pressure;
                 let force = level(protection.force.trip, capacity);
                 // Without a level, the displacement in a tenth of a second at full flow.
+                // Without a warning level the trip level is the warning's.
+                let warning = level(protection.force.warning, protection.force.trip);
+                let braking = if warning < LARGEST { BRAKE * warning } else { BRAKE_OF_CAPACITY * capacity };
                 let displacement = level(protection.displacement.trip, 0.1 * greatest / area);
                 let velocity = level(protection.velocity.trip, greatest / area);
                 let spool = level(protection.spool.trip, 1.0);
                 let swing = core::f64::consts::TAU * SWING / rate;
+                let motion = core::f64::consts::TAU * FASTEST / rate;
                 // A third more, for the noise of the prediction.
                 let noise = 1.33 * deviations;
                 let far = if protection.displacement.trip < LARGEST {
                     noise * displacement_noise + swing * displacement
                 } else {
                     f32::MAX as f64
-                let motion = core::f64::consts::TAU * FASTEST / rate;
                 };
                 let low = share(CORNER, rate);
                 let flow_noise = area * velocity_noise + greatest * spool_noise;
@@ -240,7 +246,7 @@ macro_rules! constructor {
                     fine: fine as $t,
                     per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
                     fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
-                    brake: (BRAKE * velocity) as $t,
+                    brake: [braking as $t, (1.0 / (BRAKED * velocity)) as $t],
                     null_drift: (OVERLAP * greatest) as $t,
                     astray: (10.0 * force_noise + 0.15 * force) as $t,
                     evidence: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::channel::state::Sound;
+use crate::parameters::Levels;
 use crate::table::FlowTable;
 
 #[test]
@@ -29,7 +30,7 @@ fn a_held_output_has_the_authority_of_the_last_tick() {
 fn without_a_protection_every_command_is_permitted_and_the_whole_output_passes() {
     let channel = Channel::<f64, 21>::new(&Parameters { protection: None, ..RIG }).unwrap();
     let mut state = channel.at_rest();
-    for tick in 1..100 {
+    for tick in 1..400 {
         let input = swing(tick);
         let out = channel.step(&mut state, &input);
         let held = channel.hold(&state);
@@ -47,12 +48,9 @@ fn after_a_trip_a_share_of_the_velocity_is_compensated_and_with_an_open_loop_tha
     let spool = FlowTable::<f64, 21>::new(rig.openings, rig.flows).unwrap().opening(rig.piston_area * 0.1);
     let moves =
         Input { command: 0.0, velocity: 0.1, force: 0.0, spool, displacement: 0.0, ..Input::default() };
-    // The brake removes a fifth times its share. In the first tick of a ramp of half a second this is a 2048th, and a 410th
-    // in the shorter one after a force level.
-    let closed = |ticks: f64| 0.95 - 0.95 * 0.2 / ticks;
     for (cause, opens, share) in [
-        (Cause::Request, false, closed(2048.0)),
-        (Cause::ForceLevel, false, closed(410.0)),
+        (Cause::Request, false, 0.95),
+        (Cause::ForceLevel, false, 0.95),
         (Cause::ForceLost, true, 0.93),
         // The velocity may be wrong, so the displacement is followed. It is at rest.
         (Cause::ForceLevel, true, 0.0),
@@ -69,6 +67,34 @@ fn after_a_trip_a_share_of_the_velocity_is_compensated_and_with_an_open_loop_tha
         let found = channel.step(&mut state, &moves).compensation;
         let whole = rig.piston_area * 0.1 / (rig.flow_gain * rig.proportional_gain * rig.valve_gain);
         assert!((found - share * whole).abs() < 1e-6 * whole, "{cause:?}: {found}, not {}", share * whole);
+    }
+}
+
+// SR-06
+#[test]
+fn after_a_trip_a_brake_is_taken_from_the_command() {
+    let levels = Levels { warning: 15e3, trip: 20e3 };
+    let speeds = Levels { warning: 1.2, trip: 1.2 };
+    let protection = WATCHED.map(|p| ProtectionParameters { force: levels, velocity: speeds, ..p });
+    let channel = Channel::<f64, 21>::new(&Parameters { protection, ..RIG }).unwrap();
+    for velocity in [0.1, -0.1] {
+        let moves = |tick: i32| {
+            let displacement = velocity * f64::from(tick) / RIG.sample_rate;
+            Input { command: 2e3, velocity, displacement, ..swing(0) }
+        };
+        let mut state = channel.at_rest();
+        assert_eq!(channel.step(&mut state, &moves(0)).permitted_command, 2e3);
+        state.protection.trip();
+        for tick in 1..400 {
+            let removed = f64::from(tick) / 2048.0;
+            let permitted = channel.step(&mut state, &moves(tick)).permitted_command;
+            if tick == 399 {
+                // Up to 40 % of the warning level, at a sixth of the velocity's level; twice the share that the ramp removed.
+                let brake = 2.0 * removed * 6e3 * 0.95 * velocity / 0.2;
+                let expected = 2e3 * (1.0 - removed) - brake;
+                assert!((permitted - expected).abs() < 2.0, "{velocity}: {permitted}, not {expected}");
+            }
+        }
     }
 }
 

@@ -293,17 +293,28 @@ fn neither_a_start_off_the_middle_nor_samples_that_are_lost_look_like_motion() {
 
 // SR-06
 #[test]
-fn the_brake_is_a_share_of_the_velocity_up_to_a_limit() {
+fn the_brake_is_a_force_in_the_direction_of_the_velocity_up_to_a_limit() {
     let watch = watch();
-    // A thirtieth of the trip level of 1.2 m/s is 0.04 m/s.
-    for (velocity, compensated) in [(0.1, 0.08), (0.2, 0.16), (0.4, 0.36), (1.0, 0.96)] {
+    // 40 % of the force level of 20 kN, from a sixth of the velocity level of 1.2 m/s on.
+    for (velocity, force) in [(0.0, 0.0), (0.05, 2e3), (0.2, 8e3), (1.0, 8e3)] {
         for side in [1.0, -1.0] {
-            let braked = watch.brake(side * velocity, 1.0);
-            assert!((braked - side * compensated).abs() < 1e-12, "{velocity}: {braked}");
-            let half = watch.brake(side * velocity, 0.5);
-            assert!((half - 0.5 * side * (velocity + compensated)).abs() < 1e-12, "{velocity}: {half}");
-            assert_eq!(watch.brake(side * velocity, 0.0).to_bits(), (side * velocity).to_bits());
+            for share in [0.0, 0.5, 1.0] {
+                let mut state = PlausibilityState::default();
+                let braking =
+                    (0..1000).map(|_| watch.brake(&mut state, side * velocity, share)).last().unwrap();
+                assert!((braking - share * side * force).abs() < 1e-6, "{velocity}: {braking}");
+                // A lost velocity leaves it.
+                assert_eq!(watch.brake(&mut state, f64::NAN, share).to_bits(), braking.to_bits());
+            }
         }
     }
-    assert!(watch.brake(f64::NAN, 1.0).is_nan());
+    // A quarter of a velocity at 60 Hz passes the low-pass of 15 Hz.
+    let mut state = PlausibilityState::default();
+    let most = (0..4096).map(|tick| {
+        let angle = core::f64::consts::TAU * 60.0 * f64::from(tick) / 4096.0;
+        let braking = watch.brake(&mut state, 0.1 * libm::sin(angle), 1.0);
+        if tick > 1000 { braking.abs() } else { 0.0 }
+    });
+    let share = most.fold(0.0, f64::max) / 4e3;
+    assert!((share - 0.243).abs() < 0.01, "{share}");
 }
