@@ -183,7 +183,6 @@ impl<T: Real, const N: usize> Channel<T, N> {
             displacement: input.displacement,
             velocity,
             spool: input.spool,
-            braking: T::splat(0.0),
             status: 0,
         };
         if let Some(watch) = parts.plausibility {

@@ -279,7 +279,7 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t marker; float value[317]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t marker; float value[319]; } eft_channel_f32;
 // The state of a channel. Each actuator has one.
 typedef struct eft_state_f32 { uint64_t marker; float value[400]; } eft_state_f32;
 
@@ -498,7 +498,7 @@ EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibratio
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t marker; double value[317]; } eft_channel_f64;
+typedef struct eft_channel_f64 { uint64_t marker; double value[319]; } eft_channel_f64;
 typedef struct eft_state_f64 { uint64_t marker; double value[400]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
@@ -566,7 +566,7 @@ EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 896);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 400);
-EFT_SIZES(eft_channel, 1280, 2544);
+EFT_SIZES(eft_channel, 1288, 2560);
 EFT_SIZES(eft_state, 1608, 3208);
 EFT_SIZES(eft_input, 48, 96);
 EFT_SIZES(eft_output, 96, 168);

@@ -105,6 +105,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         believed.status |= protected.status;
         if let Some(watch) = parts.plausibility {
             believed.velocity = self.compensated(watch, state, believed, &protected);
+            let mut brake = T::splat(0.0);
             if protected.open {
                 // Without a force error the loop is open, and leakage damps the oil's spring.
                 believed.force = protected.command;
@@ -112,9 +113,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 // A wrong force has wound the integral up.
                 state.controller.forget();
             } else if let Some(share) = state.protection.braking() {
-                believed.braking = watch.brake(&mut state.plausibility, believed.velocity, share);
-                believed.command = protected.command - believed.braking;
+                brake = watch.brake(&mut state.plausibility, believed.velocity, share);
             }
+            believed.command = state.protection.apply(brake, protected.command);
         }
         protected.authority
     }

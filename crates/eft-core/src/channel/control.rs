@@ -24,11 +24,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let command = believed.command;
         let asked = ControllerInput {
             command,
-            next_command: if parts.looks_ahead {
-                self.preview(state, input.next_command) - believed.braking
-            } else {
-                command
-            },
+            next_command: if parts.looks_ahead { self.preview(state, input.next_command) } else { command },
             velocity: believed.velocity,
             force: believed.force,
             spool: believed.spool,

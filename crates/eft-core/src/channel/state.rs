@@ -191,7 +191,5 @@ pub(super) struct Believed<T> {
     pub(super) displacement: T,
     pub(super) velocity: T,
     pub(super) spool: T,
-    /// Force (N) that the brake has taken from the command after a trip.
-    pub(super) braking: T,
     pub(super) status: u32,
 }

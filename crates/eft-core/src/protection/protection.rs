@@ -79,6 +79,8 @@ pub struct ProtectionState<T> {
     distrusted: bool,
     /// Whether no velocity is left to follow.
     blind: bool,
+    /// Force (N) that the brake takes from the command.
+    brake: T,
     cause: Cause,
     tripped: Latch,
     shut_down: Latch,
@@ -89,7 +91,7 @@ pub struct ProtectionState<T> {
     timing: TimingState<T>,
     oscillation: OscillationWatchState<T>,
 }
-integrity!(ProtectionState<T>: scale, shut, command, lost, unasked, refused, faulty, distrusted, blind, cause, tripped, shut_down, settled, ending, timing, oscillation);
+integrity!(ProtectionState<T>: scale, shut, command, lost, unasked, refused, faulty, distrusted, blind, brake, cause, tripped, shut_down, settled, ending, timing, oscillation);
 
 /// One sample's command and measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -284,7 +286,7 @@ impl<T: Real> Protection<T> {
     #[inline(always)]
     pub fn preview(&self, state: &ProtectionState<T>, command: T) -> T {
         let followed = command.abs() <= T::splat(LARGEST) && !state.tripped.is_set();
-        self.next_scale(state).share::<T>() * if followed { command } else { state.command }
+        self.next_scale(state).share::<T>() * if followed { command } else { state.command } - state.brake
     }
 
     #[inline(always)]
@@ -332,6 +334,13 @@ impl<T: Real> ProtectionState<T> {
     pub(crate) fn braking(&self) -> Option<T> {
         let one = T::splat(1.0);
         self.tripped.is_set().then(|| (T::splat(2.0) * (one - self.scale.share())).limit(T::splat(0.0), one))
+    }
+
+    /// The permitted command (N) without the brake's force (N).
+    #[inline(always)]
+    pub(crate) fn apply(&mut self, brake: T, command: T) -> T {
+        self.brake = brake;
+        command - brake
     }
 
     /// Records that no velocity is left to follow in a shutdown.

@@ -87,7 +87,9 @@ fn after_a_trip_a_brake_is_taken_from_the_command() {
         state.protection.trip();
         for tick in 1..400 {
             let removed = f64::from(tick) / 2048.0;
+            let foreseen = channel.preview(&state, 2e3);
             let permitted = channel.step(&mut state, &moves(tick)).permitted_command;
+            assert!((foreseen - permitted).abs() < 30.0, "{velocity} {tick}: {foreseen}, then {permitted}");
             if tick == 399 {
                 // Up to 40 % of the warning level, at a sixth of the velocity's level; twice the share that the ramp removed.
                 let brake = 2.0 * removed * 6e3 * 0.95 * velocity / 0.2;
