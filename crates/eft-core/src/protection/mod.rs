@@ -8,6 +8,7 @@ mod plausibility;
 #[allow(clippy::module_inception, reason = "the module is named after its type")]
 mod protection;
 mod ramp;
+mod state;
 mod stuck;
 #[cfg(test)]
 mod tests;
@@ -17,5 +18,6 @@ mod timing;
 pub(crate) use gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
 pub(crate) use limits::{NEVER, samples};
 pub(crate) use plausibility::{Known, Plausibility, PlausibilityState};
-pub use protection::{Protected, Protection, ProtectionInput, ProtectionState};
+pub use protection::{Protected, Protection, ProtectionInput};
+pub use state::ProtectionState;
 pub use stuck::{StuckWatch, StuckWatchState};

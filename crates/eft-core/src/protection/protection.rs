@@ -11,11 +11,11 @@ use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::Real;
 use crate::parameters::ProtectionParameters;
-use crate::protection::latch::Latch;
 use crate::protection::limits::{Limit, NEVER, samples};
-use crate::protection::oscillation::{OscillationWatch, OscillationWatchState};
+use crate::protection::oscillation::OscillationWatch;
 use crate::protection::ramp::{Position, Ramp};
-use crate::protection::timing::{Timing, TimingState, Untimely};
+use crate::protection::state::ProtectionState;
+use crate::protection::timing::{Timing, Untimely};
 use crate::status;
 
 /// A protection's immutable configuration; one drives any number of channels.
@@ -57,41 +57,6 @@ const fn at_most(longest: f64, time: f64) -> f64 {
 
 /// Share of the force's trip level by which a force that follows its command may differ from it.
 const FOLLOWED: f64 = 0.25;
-
-/// The state of a protection. `default()` is a rig at rest before the start.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub struct ProtectionState<T> {
-    /// Followed share of the command.
-    scale: Position,
-    /// Removed share of the valve command.
-    shut: Position,
-    /// The last valid command (N); after a trip the last one before it.
-    command: T,
-    /// Samples in a row with a lost measurement, with a lost command, and refused by the controller.
-    lost: u32,
-    unasked: u32,
-    refused: u32,
-    /// Samples in a row with a fault that the controller reports.
-    faulty: u32,
-    /// Whether a fault has persisted.
-    distrusted: bool,
-    /// Whether no velocity is left to follow.
-    blind: bool,
-    /// Force (N) that the brake takes from the command.
-    brake: T,
-    cause: Cause,
-    tripped: Latch,
-    shut_down: Latch,
-    /// Progress from the shutdown to the closed valve.
-    settled: Position,
-    /// Whether the soft end was requested.
-    ending: bool,
-    timing: TimingState<T>,
-    oscillation: OscillationWatchState<T>,
-}
-integrity!(ProtectionState<T>: scale, shut, command, lost, unasked, refused, faulty, distrusted, blind, brake, cause, tripped, shut_down, settled, ending, timing, oscillation);
 
 /// One sample's command and measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -303,73 +268,6 @@ impl<T: Real> Protection<T> {
     }
 }
 
-impl<T: Real> ProtectionState<T> {
-    /// Trips on request, at the last command: for an emergency stop, or another actuator of the same specimen.
-    pub fn trip(&mut self) {
-        self.trip_by(Cause::Request);
-    }
-
-    /// Trips by a cause, unless it is [`Cause::None`]. The first cause is kept.
-    #[inline(always)]
-    pub(crate) fn trip_by(&mut self, cause: Cause) {
-        if cause != Cause::None {
-            if !self.tripped.is_set() {
-                self.cause = cause;
-            }
-            self.tripped.set();
-        }
-    }
-
-    /// Trips by a cause that forbids a closed loop. The piston follows the specimen if a velocity is left, and the valve
-    /// closes.
-    #[inline(always)]
-    pub(crate) fn shut_down_by(&mut self, cause: Cause) {
-        self.trip_by(cause);
-        self.shut_down.set();
-    }
-
-    /// Share of the brake (1) after a trip: it increases as the command decreases, to all at half the command. Without a brake a specimen keeps its
-    /// kinetic energy when its command becomes zero, and a yielding specimen moves far.
-    #[inline(always)]
-    pub(crate) fn braking(&self) -> Option<T> {
-        let one = T::splat(1.0);
-        self.tripped.is_set().then(|| (T::splat(2.0) * (one - self.scale.share())).limit(T::splat(0.0), one))
-    }
-
-    /// The permitted command (N) without the brake's force (N).
-    #[inline(always)]
-    pub(crate) fn apply(&mut self, brake: T, command: T) -> T {
-        self.brake = brake;
-        command - brake
-    }
-
-    /// Records that no velocity is left to follow in a shutdown.
-    #[inline(always)]
-    pub(crate) fn blind(&mut self) {
-        self.blind = true;
-    }
-
-    /// The first cause of a trip.
-    pub fn cause(&self) -> Cause {
-        self.cause
-    }
-
-    /// Whether it has tripped.
-    pub fn is_tripped(&self) -> bool {
-        self.tripped.is_set()
-    }
-
-    /// Requests the soft end: the force follows a command that fades along the ramp.
-    pub fn end(&mut self) {
-        self.ending = true;
-    }
-
-    /// Whether the ramp has reached zero.
-    pub fn is_down(&self) -> bool {
-        self.scale.is_zero()
-    }
-}
-
 /// Counts samples in a row with a condition.
 #[inline(always)]
 fn count(counter: &mut u32, so: bool) {
@@ -420,11 +318,3 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
-
-#[cfg(test)]
-impl<T> ProtectionState<T> {
-    /// Flips a bit of the latch of the trip, or of that of the shutdown.
-    pub(super) fn flip(&mut self, of_trip: bool) {
-        if of_trip { self.tripped.flip() } else { self.shut_down.flip() }
-    }
-}

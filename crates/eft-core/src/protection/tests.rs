@@ -2,6 +2,7 @@
 #![allow(clippy::float_cmp, reason = "shares of a power of two are exact")]
 
 use super::protection::*;
+use super::state::ProtectionState;
 use crate::cause::Cause;
 use crate::parameters::{Levels, PlausibilityParameters, ProtectionParameters};
 use crate::status;
