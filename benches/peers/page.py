@@ -170,11 +170,11 @@ def figures(results, folder):
     axes.legend()
     figure.savefig(folder / "performance-accuracy.png", dpi=120)
     figure, all_axes = plt.subplots(1, 3, figsize=(9, 3), layout="constrained")
-    labels = {"duration": "duration, s", "rigs": "rigs (2 s each)", "stories": "stories (2 s)"}
+    labels = {"duration": "duration (s)", "rigs": "rigs (2 s each)", "stories": "stories (2 s)"}
     for axes, (key, label) in zip(all_axes, labels.items(), strict=True):
         points = {float(x): y for x, y in results["growth"][key].items()}
         axes.plot(points.keys(), points.values(), "o-")
-        axes.set(xlabel=label, ylabel="time, ms", xlim=(0, None), ylim=(0, None))
+        axes.set(xlabel=label, ylabel="time (ms)", xlim=(0, None), ylim=(0, None))
     figure.savefig(folder / "performance-growth.png", dpi=120)
 
 

@@ -109,7 +109,7 @@ def figure(found: Benchmark, folder: Path) -> None:
         lost = sum(bool(row.lost) for row in rows)
         axes.text(135, place, f"{lost} lost" if lost else "", va="center", fontsize=7, color=GREY)
     axes.set_yticks(range(len(ranked)), ranked, fontsize=8)
-    axes.set(xscale="log", xlim=(0.7, 250), xlabel="force error of a test, %")
+    axes.set(xscale="log", xlim=(0.7, 250), xlabel="force error of a test (%)")
     axes.set_xticks([1, 2, 5, 10, 20, 50, 100], ["1", "2", "5", "10", "20", "50", "100"], minor=False)
     axes.grid(axis="x", color="0.9", lw=0.6)
     shown.savefig(folder / "benchmark.png", dpi=150)

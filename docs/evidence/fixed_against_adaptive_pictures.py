@@ -72,8 +72,8 @@ def maps(rows: Rows, figure: Figure) -> tuple[str, str]:
             rasterized=True,
         )
         ax.plot(0, 5, "o", mfc="none", mec="k", ms=9, mew=1.5)
-        ax.set(title=TITLES[scheme], xlabel="flow gain off by, %", xticks=[-10, -5, 0, 5, 10])
-    axes[0].set(ylabel="response delay, ms", yticks=range(3, 9))
+        ax.set(title=TITLES[scheme], xlabel="flow gain off by (%)", xticks=[-10, -5, 0, 5, 10])
+    axes[0].set(ylabel="response delay (ms)", yticks=range(3, 9))
     if swung["fixed"] > 0:
         axes[0].text(
             0.79, 0.5, "specimen\nunstable", color="w", ha="center", va="center", transform=axes[0].transAxes
@@ -110,9 +110,9 @@ def history(rows: Rows, figure: Figure) -> tuple[str, str]:
             title=f"the valve passes {title} than the table says",
             xlim=(3.6, 6.6),
             ylim=(-25, 25),
-            ylabel="force, kN",
+            ylabel="force (kN)",
         )
-    axes[1].set_xlabel("time, s")
+    axes[1].set_xlabel("time (s)")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     return (
         "Force over time at resonance: the fixed scheme loses half of its force on one valve and swings "
@@ -148,7 +148,7 @@ def curves(rows: Rows, figure: Figure) -> tuple[str, str]:
             xlim=(0.5, 9.5),
             ylim=(0.2, 5.0),
             title=TITLES[scheme],
-            xlabel="frequency, Hz",
+            xlabel="frequency (Hz)",
         )
         ax.set_xticks([0.5, 1, 2, 5], ["0.5", "1", "2", "5"])
         ax.set_xticks([], minor=True)
@@ -207,7 +207,7 @@ def supply(rows: Rows, figure: Figure) -> tuple[str, str]:
     ax.plot(run.time, 100 * np.sqrt(run.supply_pressure / pressure), "k--", lw=1.5, label="true")
     ax.plot(run.time, 100 * run.flow_gain_estimate, color=BLUE, lw=2, label="found without a transducer")
     ax.axhline(100, color=ORANGE, lw=2, label="fixed scheme")
-    ax.set(xlabel="time, s", ylabel="flow gain, % of the table's", ylim=(85, 102), xlim=(0, run.time[-1]))
+    ax.set(xlabel="time (s)", ylabel="flow gain (% of the table's)", ylim=(85, 102), xlim=(0, run.time[-1]))
     ax.legend(frameon=False, loc="lower left")
     constant = next(row for row in rows if row["label"] == "constant" and row["seed"] == "0")
     faster = {
@@ -245,7 +245,7 @@ def errors(rows: Rows, figure: Figure) -> tuple[str, str]:
         for scheme, value in reached.items():
             ax.plot(100 * value, -i, "o", color=COLORS[scheme], ms=9, label=None if i else TITLES[scheme])
     ax.set_yticks([-i for i in range(len(shown))], [title for title, _ in shown])
-    ax.set(xscale="log", xlim=(0.4, 25), xlabel="error, rms over rms, %")
+    ax.set(xscale="log", xlim=(0.4, 25), xlabel="error, rms over rms (%)")
     ax.set_xticks([0.5, 1, 2, 5, 10, 20], ["0.5", "1", "2", "5", "10", "20"])
     ax.set_xticks([], minor=True)
     figure.legend(loc="outside lower center", ncols=2, frameon=False)

@@ -96,10 +96,10 @@ def figure(data: dict[str, np.ndarray], folder: Path) -> None:
         ):
             place = data["oil_stiffness"][chosen], data["pilot_time_constant"][chosen]
             ax.plot(*place, marker, color=color, ms=3, label=label)
-        ax.set(title=title, yscale="log", xlabel="oil stiffness, ratio")
+        ax.set(title=title, yscale="log", xlabel="oil stiffness (ratio)")
         ax.set_yticks([0.5, 0.7, 1, 1.4, 2], ["0.5", "0.7", "1", "1.4", "2"], minor=False)
         ax.yaxis.set_minor_formatter(NullFormatter())
-    axes[0].set_ylabel("pilot time constant, ratio")
+    axes[0].set_ylabel("pilot time constant (ratio)")
     shown.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
     shown.savefig(folder / "random_plants.png", dpi=150)
 
