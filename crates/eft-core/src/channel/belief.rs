@@ -12,6 +12,9 @@ use crate::signals::Input;
 use crate::status;
 use crate::velocity::Velocity;
 
+/// Share of the force loop's gains that is removed after a trip while the displacement's derivative replaces the velocity.
+const SOFTER: f64 = 0.5;
+
 impl<T: Real, const N: usize> Channel<T, N> {
     /// Selects the trusted measurements, and replaces the others.
     #[inline(always)]
@@ -115,7 +118,15 @@ impl<T: Real, const N: usize> Channel<T, N> {
             } else if let Some(share) = state.protection.braking() {
                 brake = watch.brake(&mut state.plausibility, believed.velocity, share);
             }
-            believed.command = state.protection.apply(brake, protected.command);
+            let command = state.protection.apply(brake, protected.command);
+            believed.command = command;
+            if let (Some(share), false) = (state.protection.braking(), protected.open)
+                && believed.status & status::VELOCITY_DISTRUSTED != 0
+            {
+                // The displacement's derivative is late. In a stiff force loop it makes the oil column unstable.
+                let soft = T::splat(1.0) - T::splat(SOFTER) * share;
+                believed.force = command - soft * (command - believed.force);
+            }
         }
         protected.authority
     }

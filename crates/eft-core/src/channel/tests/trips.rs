@@ -101,6 +101,26 @@ fn after_a_trip_a_brake_is_taken_from_the_command() {
 }
 
 #[test]
+fn without_its_velocity_the_force_loop_has_half_its_gains() {
+    let channel = Channel::<f64, 21>::new(&Parameters { protection: WATCHED, ..RIG }).unwrap();
+    let rests =
+        Input { command: 0.0, velocity: 0.0, displacement: 0.0, force: 0.0, spool: 0.0, ..Input::default() };
+    let answer = |cause| {
+        let mut state = channel.at_rest();
+        channel.step(&mut state, &rests);
+        state.protection.trip_by(cause);
+        state.plausibility.distrust(cause);
+        for _ in 0..1000 {
+            channel.step(&mut state, &rests);
+        }
+        let answer = |force| channel.step(&mut { state }, &Input { force, ..rests }).voltage;
+        answer(50.0) - answer(0.0)
+    };
+    let [whole, half] = [Cause::SpoolLost, Cause::VelocityLost].map(answer);
+    assert!(whole < -1e-3 && (half - 0.5 * whole).abs() < 1e-9, "{half}, {whole}");
+}
+
+#[test]
 fn a_primed_channel_takes_a_new_operating_point_for_no_fault() {
     let channel = Channel::<f64, 21>::new(&Parameters { protection: WATCHED, ..RIG }).unwrap();
     let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
