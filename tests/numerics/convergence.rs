@@ -14,6 +14,11 @@ fn force(rig: &RigConfig, sample_rate: f64, step: f64, method: Method) -> Vec<f6
     simulate::<f64>(rig, &command, &options, |_, _| true).unwrap().traces.force
 }
 
+/// The force with a sixteenth of the default step.
+fn converged(rig: &RigConfig, sample_rate: f64) -> Vec<f64> {
+    force(rig, sample_rate, DEFAULT_STEP / 16.0, Method::RungeKutta)
+}
+
 /// Largest difference, against the largest force of the reference.
 fn distance(a: &[f64], reference: &[f64]) -> f64 {
     let peak = reference.iter().fold(0.0_f64, |most, f| f.abs().max(most));
@@ -41,7 +46,7 @@ fn halving_the_step_lowers_the_error() {
     ];
     for (name, sample_rate, methods) in cases {
         let rig = realization(name);
-        let converged = force(&rig, sample_rate, 1.0 / 131_072.0, Method::RungeKutta);
+        let converged = converged(&rig, sample_rate);
         for (method, factor) in methods {
             let errors = [2048.0, 4096.0, 8192.0]
                 .map(|rate| distance(&force(&rig, sample_rate, 1.0 / rate, *method), &converged));
@@ -58,7 +63,7 @@ fn the_default_step_is_within_1e_4_of_the_converged_force() {
     let more = [("analog", 4096.0), ("digital", 4096.0), ("analog", 10_000.0), ("digital", 10_000.0)];
     for (name, sample_rate) in CASES.into_iter().chain(more) {
         let rig = realization(name);
-        let converged = force(&rig, sample_rate, DEFAULT_STEP / 16.0, Method::RungeKutta);
+        let converged = converged(&rig, sample_rate);
         for method in [Method::Exponential, Method::RungeKutta] {
             let error = distance(&force(&rig, sample_rate, DEFAULT_STEP, method), &converged);
             keep(format_args!("{name} at {sample_rate} Hz, {method:?}"), &[("error", error)]);
