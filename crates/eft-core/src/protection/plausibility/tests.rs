@@ -2,7 +2,6 @@
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
-mod blame;
 mod equations;
 mod judgement;
 

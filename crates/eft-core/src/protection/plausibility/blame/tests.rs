@@ -1,141 +1,263 @@
-//! The sensor that is named, for sums and counts that are set by hand.
+//! Which sensor the watch blames for which sums, repetitions and lost readings.
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use super::*;
-use crate::protection::plausibility::tests::watch;
+use crate::protection::plausibility::sums::{Began, Sum};
+use crate::protection::plausibility::tests;
 
-/// A state whose sums have these shares of their limits.
-fn sums(shares: &[(usize, f64)]) -> PlausibilityState<f64> {
+/// Twelve repetitions are stuck, and more than three lost readings are lost. Each limit is 1.
+fn watch() -> Plausibility<f64, 21> {
+    Plausibility {
+        limit: [1.0; 7],
+        repeats: 12,
+        lost_samples: 3,
+        period: 1e-3,
+        area: 2.0,
+        evidence: [100.0, 0.01],
+        ..tests::watch()
+    }
+}
+
+/// A state with these sums, in the order of the residuals, and these sensors frozen.
+fn with(sums: &[(usize, f64)], frozen: &[usize]) -> PlausibilityState<f64> {
     let mut state = PlausibilityState::default();
-    for (n, share) in shares {
-        state.sums[*n].above = share * watch().limit[*n];
+    for (of, size) in sums {
+        state.sums[*of].above = *size;
+    }
+    for sensor in frozen {
+        state.signals[*sensor].repeats = 12;
     }
     state
 }
 
-/// The same where a signal repeats itself.
-fn frozen(signal: usize, shares: &[(usize, f64)]) -> PlausibilityState<f64> {
-    let mut state = sums(shares);
-    state.signals[signal].repeats = watch().repeats;
-    state
-}
+/// Sums, frozen sensors, and the cause.
+type Case<'a> = (&'a [(usize, f64)], &'a [usize], Cause);
 
 #[test]
-fn each_sum_beyond_its_limit_names_its_sensor() {
-    let named = |state: &PlausibilityState<f64>| watch().contradiction(state, 1.0);
-    let all = [(BALANCE, 0.99), (FAST, 0.99), (TRAVEL, 0.99), (STROKE, 0.99), (TURNED, 0.99), (RATIO, 0.99)];
-    assert_eq!(named(&sums(&all)), Cause::None);
-    for (shares, cause) in [
-        (&[(FAST, 1.01)][..], Cause::ForceImplausible),
-        (&[(TURNED, 1.01)], Cause::ForceImplausible),
-        (&[(FAST, 1.01), (TRAVEL, 0.29)], Cause::ForceImplausible),
-        (&[(FAST, 1.01), (TRAVEL, 0.31)], Cause::DisplacementImplausible),
-        (&[(BALANCE, 1.01)], Cause::FlowImplausible),
-        (&[(BALANCE, 1.01), (TRAVEL, 0.29)], Cause::FlowImplausible),
-        (&[(BALANCE, 1.01), (TRAVEL, 0.31)], Cause::DisplacementImplausible),
-        (&[(BALANCE, 1.01), (STROKE, 0.04)], Cause::FlowImplausible),
-        (&[(BALANCE, 1.01), (STROKE, 0.06)], Cause::SpoolImplausible),
-        (&[(STROKE, 1.01)], Cause::ValveImplausible),
-        (&[(STROKE, 1.01), (BALANCE, 0.09)], Cause::ValveImplausible),
-        (&[(STROKE, 1.01), (BALANCE, 0.11)], Cause::SpoolImplausible),
-        (&[(TRAVEL, 1.01), (FAST, 1.01), (BALANCE, 1.01)], Cause::DisplacementImplausible),
-        (&[(RATIO, 1.01), (FAST, 1.01), (BALANCE, 1.01)], Cause::VelocityImplausible),
-    ] {
-        assert_eq!(named(&sums(shares)), cause, "{shares:?}");
-    }
-    // A signal that repeats is named before one that only contradicts.
-    assert_eq!(named(&frozen(SPOOL, &[(FAST, 1.01)])), Cause::SpoolImplausible);
-    assert_eq!(named(&frozen(VELOCITY, &[(FAST, 1.01)])), Cause::VelocityImplausible);
-    assert_eq!(named(&frozen(SPOOL, &[(BALANCE, 1.01)])), Cause::SpoolImplausible);
-    let mut state = frozen(SPOOL, &[(FAST, 1.01)]);
-    state.signals[SPOOL].repeats -= 1;
-    assert_eq!(named(&state), Cause::ForceImplausible);
-}
-
-#[test]
-fn of_velocity_and_displacement_the_one_that_fits_the_flow_worse_is_named() {
-    let named = |worse: f64, mut state: PlausibilityState<f64>| {
-        (state.worse, state.evidence.worse) = (worse, worse);
-        watch().contradiction(&state, 1.0)
+fn the_sums_name_the_sensor() {
+    use Cause::{
+        DisplacementImplausible as Displacement, FlowImplausible as Flow, ForceImplausible as Force,
+        SpoolImplausible as Spool, ValveImplausible as Valve, VelocityImplausible as Velocity,
     };
-    let travelled = [(TRAVEL, 1.01)];
-    assert_eq!(named(1e-9, sums(&travelled)), Cause::VelocityImplausible);
-    assert_eq!(named(-1e-9, sums(&travelled)), Cause::DisplacementImplausible);
-    assert_eq!(named(1e-9, frozen(DISPLACEMENT, &travelled)), Cause::DisplacementImplausible);
-    assert_eq!(named(-1e-9, frozen(VELOCITY, &travelled)), Cause::VelocityImplausible);
-    // For a ratio the larger one is named, unless the displacement fits worse by a quarter of the square of 0.4 m/s.
-    let mut state = sums(&[(RATIO, 1.01)]);
-    state.envelopes[4] = 0.4;
-    let clearly = 0.25 * 8.212e-3 * 0.16;
-    assert_eq!(named(-0.99 * clearly, state), Cause::VelocityImplausible);
-    assert_eq!(named(-1.01 * clearly, state), Cause::DisplacementImplausible);
-    let ratio = &mut state.sums[RATIO];
-    (ratio.above, ratio.below) = (0.0, ratio.above);
-    assert_eq!(named(1.0, state), Cause::DisplacementImplausible);
-    // A difference that a delay may cause does not count.
-    let mut late = sums(&travelled);
-    late.began[0].above = 0.02 * watch().limit[TRAVEL] / watch().late;
-    assert_eq!(named(1.0, late), Cause::None);
+    let cases: [Case; 29] = [
+        (&[], &[], Cause::None),
+        (&[(BALANCE, 1.0), (FAST, 1.0), (TRAVEL, 1.0)], &[], Cause::None),
+        (&[(STROKE, 1.0), (TURNED, 1.0), (RATIO, 1.0)], &[], Cause::None),
+        // Velocity and displacement, with the flow in favour of neither.
+        (&[(TRAVEL, 1.01)], &[], Displacement),
+        (&[(TRAVEL, 1.01)], &[VELOCITY], Velocity),
+        (&[(TRAVEL, 1.01)], &[DISPLACEMENT], Displacement),
+        (&[(TRAVEL, 1.01)], &[VELOCITY, DISPLACEMENT], Velocity),
+        (&[(RATIO, 1.01)], &[], Velocity),
+        // Above the motion's frequencies.
+        (&[(TURNED, 1.01)], &[], Force),
+        (&[(FAST, 1.01)], &[], Force),
+        (&[(FAST, 1.01)], &[SPOOL], Spool),
+        (&[(TURNED, 1.01)], &[SPOOL], Spool),
+        (&[(AGAINST, 1.01), (TURNED, 1.01), (FAST, 1.01)], &[], Spool),
+        (&[(RATIO, 1.01), (AGAINST, 1.01)], &[], Velocity),
+        (&[(FAST, 1.01), (TRAVEL, 0.3)], &[], Force),
+        (&[(FAST, 1.01), (TRAVEL, 0.31)], &[], Displacement),
+        (&[(FAST, 1.01)], &[VELOCITY], Velocity),
+        // Below them.
+        (&[(BALANCE, 1.01)], &[], Flow),
+        (&[(BALANCE, 1.01), (TRAVEL, 0.3)], &[], Flow),
+        (&[(BALANCE, 1.01), (TRAVEL, 0.31)], &[], Displacement),
+        (&[(BALANCE, 1.01), (STROKE, 0.05)], &[], Flow),
+        (&[(BALANCE, 1.01), (STROKE, 0.06)], &[], Spool),
+        (&[(BALANCE, 1.01)], &[SPOOL], Spool),
+        (&[(STROKE, 1.01)], &[], Valve),
+        (&[(STROKE, 1.01), (BALANCE, 0.1)], &[], Valve),
+        (&[(STROKE, 1.01), (BALANCE, 0.11)], &[], Spool),
+        // In this order.
+        (&[(TRAVEL, 1.01), (RATIO, 1.01), (FAST, 1.01)], &[VELOCITY], Velocity),
+        (&[(RATIO, 1.01), (TURNED, 1.01), (BALANCE, 1.01)], &[], Velocity),
+        (&[(FAST, 1.01), (BALANCE, 1.01), (STROKE, 1.01)], &[], Force),
+    ];
+    for (sums, frozen, cause) in cases {
+        assert_eq!(watch().contradiction(&with(sums, frozen), 1.0), cause, "{sums:?} {frozen:?}");
+    }
+    // Eleven repetitions are not stuck.
+    let mut state = with(&[(FAST, 1.01)], &[SPOOL]);
+    state.signals[SPOOL].repeats = 11;
+    assert_eq!(watch().contradiction(&state, 1.0), Cause::ForceImplausible);
 }
 
 #[test]
-fn far_from_its_command_half_is_enough_but_not_of_the_slow_sums() {
-    for n in [FAST, TURNED, TRAVEL, RATIO] {
-        assert_eq!(watch().contradiction(&sums(&[(n, 0.49)]), 0.5), Cause::None, "{n}");
-        assert_ne!(watch().contradiction(&sums(&[(n, 0.51)]), 0.5), Cause::None, "{n}");
+fn a_share_of_the_limits_is_enough_except_for_balance_and_stroke() {
+    for (of, cause) in [
+        (TRAVEL, Cause::DisplacementImplausible),
+        (RATIO, Cause::VelocityImplausible),
+        (TURNED, Cause::ForceImplausible),
+        (FAST, Cause::ForceImplausible),
+    ] {
+        assert_eq!(watch().contradiction(&with(&[(of, 0.51)], &[]), 0.5), cause, "{of}");
+        assert_eq!(watch().contradiction(&with(&[(of, 0.49)], &[]), 0.5), Cause::None, "{of}");
     }
-    for n in [BALANCE, STROKE, AGAINST] {
-        assert_eq!(watch().contradiction(&sums(&[(n, 0.99)]), 0.5), Cause::None, "{n}");
+    for of in [BALANCE, STROKE, AGAINST] {
+        assert_eq!(watch().contradiction(&with(&[(of, 0.99)], &[]), 0.5), Cause::None, "{of}");
     }
 }
 
 #[test]
-fn a_signal_that_stays_lost_is_named_once() {
-    let lost_samples = watch().lost_samples;
-    let causes = [
+fn the_flow_decides_between_velocity_and_displacement() {
+    for (worse, cause) in [
+        (-0.1, Cause::DisplacementImplausible),
+        (0.0, Cause::DisplacementImplausible),
+        (0.1, Cause::VelocityImplausible),
+    ] {
+        let mut state = with(&[(TRAVEL, 1.01)], &[]);
+        state.evidence.worse = worse;
+        assert_eq!(watch().contradiction(&state, 1.0), cause, "{worse}");
+    }
+    // A displacement that does not move is wrong even if the flow tells otherwise.
+    let mut state = with(&[(TRAVEL, 1.01)], &[DISPLACEMENT]);
+    state.evidence.worse = 0.1;
+    assert_eq!(watch().contradiction(&state, 1.0), Cause::DisplacementImplausible);
+}
+
+#[test]
+fn a_delay_widens_the_limits_of_motion_and_ratio_only() {
+    // 0.02 s times changes of the velocity of 30 and 10 m/s, and of its size of 7 m/s. A share is that of the limit.
+    for (of, share, limits) in [
+        (TRAVEL, 1.0, [1.6, 1.2]),
+        (TRAVEL, 0.5, [1.1, 0.7]),
+        (RATIO, 1.0, [1.14, 1.1]),
+        (RATIO, 0.5, [0.64, 0.6]),
+        (FAST, 1.0, [1.0, 1.0]),
+    ] {
+        for (step, beyond) in [(-0.01, false), (0.01, true)] {
+            let mut state = PlausibilityState::default();
+            (state.lows[3], state.fine[0]) = (-5.0, -6.0);
+            state.began = [Began { above: 25.0, below: 5.0 }, Began { above: 13.0, below: 1.0 }];
+            let watch = Plausibility { late: 0.02, ..watch() };
+            state.sums[of].above = limits[0] + step;
+            assert_eq!(watch.is_beyond(&state, of, share), beyond, "above: {of} {share} {step}");
+            state.sums[of] = Sum { above: 0.0, below: limits[1] + step };
+            assert_eq!(watch.is_beyond(&state, of, share), beyond, "below: {of} {share} {step}");
+        }
+    }
+    // Either side of a sum counts.
+    let mut state = PlausibilityState::default();
+    state.sums[FAST].below = 1.01;
+    assert!(watch().is_beyond(&state, FAST, 1.0) && !watch().is_beyond(&state, FAST, 1.1));
+}
+
+#[test]
+fn of_a_ratio_the_larger_signal_is_blamed_unless_the_flow_clearly_tells() {
+    // A quarter of the area times the square of the largest speed of 2 m/s is 2 m⁴/s².
+    for (above, below, worse, displacement) in [
+        (1.1, 0.0, 0.0, false),
+        (0.0, 1.1, 0.0, true),
+        (1.1, 0.0, -1.9, false),
+        (1.1, 0.0, -2.1, true),
+        (1.1, 0.0, 2.1, false),
+        (1.1, 1.1, 0.0, false),
+    ] {
+        let mut state = PlausibilityState::default();
+        (state.sums[RATIO].above, state.sums[RATIO].below) = (above, below);
+        (state.worse, state.envelopes[4], state.envelopes[5]) = (worse, 2.0, 9.0);
+        let cause = if displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible };
+        assert_eq!(watch().contradiction(&state, 1.0), cause, "{above} {below} {worse}");
+    }
+}
+
+#[test]
+fn a_signal_is_lost_after_its_samples_and_only_once() {
+    for (sensor, lost, jumped) in [
         (FORCE, Cause::ForceLost, Cause::ForceImplausible),
+        (DISPLACEMENT, Cause::DisplacementLost, Cause::DisplacementImplausible),
         (VELOCITY, Cause::VelocityLost, Cause::VelocityImplausible),
         (SPOOL, Cause::SpoolLost, Cause::SpoolImplausible),
-        (DISPLACEMENT, Cause::DisplacementLost, Cause::DisplacementImplausible),
-    ];
-    for (signal, lost, implausible) in causes {
+    ] {
         let mut state = PlausibilityState::<f64>::default();
-        state.signals[signal].lost = lost_samples;
-        assert_eq!(watch().lost(&state), Cause::None);
-        state.signals[signal].lost += 1;
-        assert_eq!(watch().lost(&state), lost);
-        state.signals[signal].jumped = true;
-        assert_eq!(watch().lost(&state), implausible);
-        let estimated = Plausibility { senses_velocity: false, ..watch() };
-        let expected = if signal == VELOCITY { Cause::None } else { implausible };
-        assert_eq!(estimated.lost(&state), expected);
-        state.distrust(implausible);
-        assert_eq!(state.distrusted().iter().filter(|distrusted| **distrusted).count(), 1);
-        assert!(state.distrusted()[signal]);
-        assert_eq!(watch().lost(&state), Cause::None);
+        state.signals[sensor].lost = 3;
+        assert_eq!(watch().lost(&state), Cause::None, "{sensor}");
+        state.signals[sensor].lost = 4;
+        assert_eq!(watch().lost(&state), lost, "{sensor}");
+        state.signals[sensor].jumped = true;
+        assert_eq!(watch().lost(&state), jumped, "{sensor}");
+        let blind = Plausibility { senses_velocity: false, ..watch() };
+        assert_eq!(blind.lost(&state), if sensor == VELOCITY { Cause::None } else { jumped });
+        state.distrust(jumped);
+        assert_eq!(state.distrusted, [FORCE, DISPLACEMENT, VELOCITY, SPOOL].map(|of| of == sensor));
+        assert_eq!(watch().lost(&state), Cause::None, "{sensor}");
     }
 }
 
 #[test]
-fn what_repeats_itself_while_it_should_have_moved_is_stuck() {
-    // Twelve repetitions; 1180 N of command, 0.635 mm of displacement.
-    let stuck = |repeats: u32, command: f64, displacement: f64, velocity: f64, senses_velocity: bool| {
-        let watch = Plausibility { senses_velocity, ..watch() };
-        let mut state = PlausibilityState::default();
-        let at = |displacement: f64| Input { displacement, ..Input::default() };
-        assert_eq!(watch.stuck(&mut state, &at(0.03), velocity, 500.0), Cause::None);
-        (state.signals[FORCE].repeats, state.signals[VELOCITY].repeats) = (repeats, repeats);
-        watch.stuck(&mut state, &at(0.03 + displacement), velocity, 500.0 + command)
-    };
-    for side in [1.0, -1.0] {
-        assert_eq!(stuck(12, side * 1170.0, side * 6.3e-4, 0.0, true), Cause::None);
-        assert_eq!(stuck(11, side * 1190.0, side * 6.4e-4, 0.0, true), Cause::None);
-        assert_eq!(stuck(12, side * 1190.0, 0.0, 0.0, true), Cause::ForceImplausible);
-        assert_eq!(stuck(12, 0.0, side * 6.4e-4, 0.0, true), Cause::VelocityImplausible);
-        assert_eq!(stuck(12, 0.0, side * 6.4e-4, 0.0, false), Cause::None);
-        // A constant velocity that is correct: 0.59 mm in twelve samples.
-        assert_eq!(stuck(12, 0.0, side * 6.4e-4, side * 0.2, true), Cause::None);
-        assert_eq!(stuck(12, 0.0, side * -1e-4, side * 0.2, true), Cause::VelocityImplausible);
+fn a_force_that_repeats_while_its_command_moves_is_stuck() {
+    for (repeats, command, stuck) in
+        [(12, 100.1, true), (12, -100.1, true), (11, 500.0, false), (12, 99.9, false), (13, 100.1, true)]
+    {
+        let mut state = with(&[], &[]);
+        state.marks = [0.0; 2];
+        state.signals[FORCE].repeats = repeats;
+        let cause = watch().stuck(&mut state, &Input::default(), 0.0, command);
+        assert_eq!(cause == Cause::ForceImplausible, stuck, "{repeats} {command}");
+        assert_eq!(state.marks[0].to_bits(), 0);
+    }
+    // The command counts from the last change of the force.
+    let mut state = with(&[], &[]);
+    assert_eq!(watch().stuck(&mut state, &Input::default(), 0.0, 700.0), Cause::None);
+    assert_eq!(state.marks[0].to_bits(), 700.0_f64.to_bits());
+}
+
+#[test]
+fn a_velocity_that_repeats_while_the_piston_moves_differently_is_stuck() {
+    // Twelve samples of 1 ms at 0.5 m/s are 6 mm.
+    for (repeats, displacement, senses, stuck) in [
+        (12, 0.0161, true, true),
+        (12, 0.0159, true, false),
+        (12, -0.0041, true, true),
+        (12, -0.0039, true, false),
+        (11, 0.9, true, false),
+        (12, 0.0161, false, false),
+    ] {
+        let mut state = with(&[], &[]);
+        state.signals[VELOCITY].repeats = repeats;
+        let watch = Plausibility { senses_velocity: senses, ..watch() };
+        let cause = watch.stuck(&mut state, &Input { displacement, ..Input::default() }, 0.5, 0.0);
+        assert_eq!(cause == Cause::VelocityImplausible, stuck, "{repeats} {displacement}");
+        assert_eq!(state.marks[1].to_bits(), 0);
+    }
+    // The displacement counts from the last change of the velocity.
+    let mut state = with(&[], &[]);
+    watch().stuck(&mut state, &Input { displacement: 0.02, ..Input::default() }, 0.5, 0.0);
+    assert_eq!(state.marks[1].to_bits(), 0.02_f64.to_bits());
+}
+
+/// Numbers within ±1 without a pattern.
+fn noise(n: u32) -> f64 {
+    (f64::from(n) * f64::from(n)).sin()
+}
+
+#[test]
+fn a_signal_whose_noise_has_stopped_is_stuck() {
+    for (sensor, cause) in [
+        (FORCE, Cause::ForceImplausible),
+        (VELOCITY, Cause::VelocityImplausible),
+        (SPOOL, Cause::SpoolImplausible),
+        (DISPLACEMENT, Cause::DisplacementImplausible),
+    ] {
+        let (watch, mut state) = (watch(), with(&[], &[]));
+        let mut hear = |reading: f64| {
+            watch.gate.pass(&mut state.signals[sensor], f64::INFINITY, 0.1, reading);
+            watch.stuck(&mut state, &Input::default(), 0.0, 0.0)
+        };
+        // Noise of one, then a slow line: it never repeats itself.
+        for n in 0..5000_u32 {
+            assert_eq!(hear(noise(n)), Cause::None, "{sensor}, {n}");
+        }
+        let found = (0..200_u32).find(|n| hear(1e-3 * f64::from(*n)) == cause);
+        assert!(found.is_some_and(|n| (5..100).contains(&n)), "{sensor}: {found:?}");
+    }
+    let blind = Plausibility { senses_velocity: false, ..watch() };
+    let mut state = with(&[], &[]);
+    for n in 0..5200_u32 {
+        let reading = if n < 5000 { noise(n) } else { 1e-3 * f64::from(n) };
+        blind.gate.pass(&mut state.signals[VELOCITY], f64::INFINITY, 0.1, reading);
+        assert_eq!(blind.stuck(&mut state, &Input::default(), 0.0, 0.0), Cause::None, "{n}");
     }
 }
