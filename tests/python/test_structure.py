@@ -9,7 +9,7 @@ import eft
 
 RATE = 2048.0
 RIG = eft.Rig.zhao2005().replace({"structure.kind": "linear"})
-SWEEP = eft.sine_sweep(8900.0, 0.0, 8.0, 4.0, RATE)
+SWEEP = eft.sine_sweep(8900.0, 0.0, 8.0, 2.0, RATE)
 
 
 class Linear:
