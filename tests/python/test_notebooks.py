@@ -237,7 +237,7 @@ def test_every_option_draws(results, drawn, name, what, given):
         chosen["figure"] = figure
     answer = FUNCTIONS[name](*(pool[one] for one in ([what] if isinstance(what, str) else what)), **chosen)
     for one in answer if isinstance(answer, tuple) else (answer if isinstance(answer, Figure) else figure,):
-        pictures.drawn(one)
+        pictures.drawn(one, layout=False)
         assert any(ax.lines or ax.collections for ax in one.axes)
 
 

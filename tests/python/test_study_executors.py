@@ -72,13 +72,13 @@ def test_memory_does_not_grow_with_the_number_of_tests(tmp_path):
             folder = f"{sys.argv[1]}/{n}"
             eft.study(eft.Rig.zhao2005(), command, {"compensation.level": levels}, output=folder, chunk=16)
             return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        few = run(64)
-        print(few, run(320))
+        few = run(32)
+        print(few, run(160))
     """)
     )
     done = subprocess.run(
         [sys.executable, script, tmp_path], check=True, timeout=120, capture_output=True, text=True
     )
     few, many = map(int, done.stdout.split())
-    # 256 more runs of 2048 samples and 18 traces would be 75 MB.
+    # 128 more runs of 2048 samples and 18 traces would be 37 MB.
     assert many - few < 20_000, (few, many)
