@@ -6,9 +6,9 @@ use core::sync::atomic::{AtomicU8, Ordering};
 use eft_core::{Calibration, Channel, ChannelState, Input, Output, Real, Window, status};
 
 use crate::codes::{EFT_NO_STEP, EFT_NULL_POINTER};
+use crate::macros::{data, functions, opaque};
+use crate::opaque::{give, given, made, make};
 use crate::parameters::{EFT_TABLE_CAPACITY, check, configure, eft_error, eft_parameters};
-use crate::place::{give, given, made, make};
-use crate::tables::{data, functions, opaque};
 
 /// A channel's state and the requests from other contexts. A trip and an end are final, so a request is never withdrawn.
 /// Loads and stores therefore lose none, without an atomic exchange.

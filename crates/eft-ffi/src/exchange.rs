@@ -9,8 +9,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use crate::channel::{eft_calibration, eft_channel, eft_window};
 use crate::codes::{EFT_BUSY, EFT_NULL_POINTER};
-use crate::place::{Opaque, made};
-use crate::tables::functions;
+use crate::macros::functions;
+use crate::opaque::{Opaque, made};
 
 /// Passes a configuration, window or calibration from one context to another. It is empty if all its bytes are zero.
 // The taker may be reading one of the two copies.

@@ -4,9 +4,9 @@ use eft_core::{Learner, LearnerState, SavedCalibration};
 
 use crate::channel::{eft_calibration, eft_window};
 use crate::codes::{EFT_NOT_FINITE, EFT_NULL_POINTER};
+use crate::macros::{data, functions, opaque};
+use crate::opaque::{give, given, made, made_mut, make};
 use crate::parameters::{EFT_TABLE_CAPACITY, check, configure, eft_error, eft_parameters, refuse};
-use crate::place::{give, given, made, made_mut, make};
-use crate::tables::{data, functions, opaque};
 
 opaque! {
     /// A learner's configuration. One serves any number of channels of the same parameters.

@@ -8,9 +8,9 @@ mod codes;
 mod constants;
 mod exchange;
 mod learner;
+mod macros;
+mod opaque;
 mod parameters;
-mod place;
-mod tables;
 
 pub use channel::*;
 pub use codes::*;

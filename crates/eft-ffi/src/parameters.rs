@@ -10,8 +10,8 @@ use eft_core::{
 
 use crate::codes::*;
 use crate::constants::constants;
-use crate::place::{Opaque, give, given, made, mark, room};
-use crate::tables::data;
+use crate::macros::data;
+use crate::opaque::{Opaque, give, given, made, mark, room};
 
 /// The most points of a flow table.
 pub const EFT_TABLE_CAPACITY: usize = 21;

@@ -23,11 +23,11 @@ macro_rules! opaque {
             value: [core::mem::MaybeUninit<T>; $size],
         }
         // Safety: asserted below.
-        unsafe impl<T: eft_core::Real> crate::place::Opaque for $Name<T> {
+        unsafe impl<T: eft_core::Real> crate::opaque::Opaque for $Name<T> {
             type Value = $Value;
             const MARKER: u32 = 0x0101_0101 * $marker;
         }
-        const _: () = assert!(crate::place::fits::<$Name<f32>>() && crate::place::fits::<$Name<f64>>());
+        const _: () = assert!(crate::opaque::fits::<$Name<f32>>() && crate::opaque::fits::<$Name<f64>>());
     )*};
 }
 
@@ -35,8 +35,8 @@ macro_rules! opaque {
 /// has no `?`.
 macro_rules! functions {
     ($($(#[$doc:meta])* fn $single:ident $double:ident($($arguments:tt)*) $($body:block)? $(= $plain:block)?)*) => {$(
-        crate::tables::function! { $(#[$doc])* $single f32 ($($body)? $(= $plain)?) [] $($arguments)* }
-        crate::tables::function! { $(#[$doc])* $double f64 ($($body)? $(= $plain)?) [] $($arguments)* }
+        crate::macros::function! { $(#[$doc])* $single f32 ($($body)? $(= $plain)?) [] $($arguments)* }
+        crate::macros::function! { $(#[$doc])* $double f64 ($($body)? $(= $plain)?) [] $($arguments)* }
     )*};
 }
 
@@ -47,14 +47,14 @@ macro_rules! function {
         #[must_use]
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name($($arguments)*) -> u8 {
-            crate::tables::coded!$body
+            crate::macros::coded!$body
         }
     };
     ($(#[$doc:meta])* $name:ident $precision:ident $body:tt [$($before:tt)*] T $($after:tt)*) => {
-        crate::tables::function! { $(#[$doc])* $name $precision $body [$($before)* $precision] $($after)* }
+        crate::macros::function! { $(#[$doc])* $name $precision $body [$($before)* $precision] $($after)* }
     };
     ($(#[$doc:meta])* $name:ident $precision:ident $body:tt [$($before:tt)*] $next:tt $($after:tt)*) => {
-        crate::tables::function! { $(#[$doc])* $name $precision $body [$($before)* $next] $($after)* }
+        crate::macros::function! { $(#[$doc])* $name $precision $body [$($before)* $next] $($after)* }
     };
 }
 
