@@ -28,15 +28,7 @@ pub fn delay(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<f64>
     in_range("delay", lag(command, measured)? / sample_rate)
 }
 
-/// [`super::nrmse`] of the measured signal moved back by its [`delay`], dimensionless, over the overlap.
-///
-/// # Errors
-/// As [`delay`].
-pub fn nrmse_delay_removed(command: &[f64], measured: &[f64]) -> Result<f64> {
-    nrmse_at_lag(command, measured, lag(command, measured)?)
-}
-
-/// NRMSE against the measured signal `lag` samples later; the caller must have called [`check`].
+/// [`super::nrmse`] against the measured signal `lag` samples later; the caller must have called [`check`].
 pub(super) fn nrmse_at_lag(command: &[f64], measured: &[f64], lag: f64) -> Result<f64> {
     let last = measured.len() as f64 - 1.0;
     let (mut error, mut reference) = (0.0, 0.0);
@@ -227,8 +219,9 @@ mod tests {
         let (c, m) = delayed(4096, 12.3, |i| (TAU * i / 200.0).sin());
         let m: Vec<f64> = m.iter().map(|m| 1.02 * m).collect();
         assert!(nrmse(&c, &m).unwrap() > 0.35);
-        assert!((nrmse_delay_removed(&c, &m).unwrap() - 0.02).abs() < 1e-4);
-        assert!(nrmse_delay_removed(&c, &c).unwrap() < 1e-12);
+        let removed = |m: &[f64]| nrmse_at_lag(&c, m, lag(&c, m).unwrap()).unwrap();
+        assert!((removed(&m) - 0.02).abs() < 1e-4);
+        assert!(removed(&c) < 1e-12);
     }
 
     #[test]

@@ -15,7 +15,7 @@ mod row;
 mod summary;
 
 pub use coherence::{Coherence, coherence};
-pub use delay::{delay, nrmse_delay_removed};
+pub use delay::delay;
 pub use error_norms::nrmse;
 pub use fft_ratio::{FftRatio, fft_ratio};
 pub(crate) use norms::{BLOCK, Norms};

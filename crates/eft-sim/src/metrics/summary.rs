@@ -153,7 +153,7 @@ mod tests {
         let m: Vec<f64> = (0..512).map(|i| 0.9 * (0.1 * f64::from(i) - 0.2).sin() + 0.01).collect();
         let metrics = Metrics::new(&c, &m, 100.0).unwrap();
         assert_eq!(metrics.delay.unwrap(), delay::delay(&c, &m, 100.0).unwrap());
-        assert_eq!(metrics.nrmse_delay_removed.unwrap(), delay::nrmse_delay_removed(&c, &m).unwrap());
+        assert!((metrics.nrmse_delay_removed.unwrap() - 0.1).abs() < 0.01, "{metrics:?}");
         assert!((metrics.delay.unwrap() - 0.02).abs() < 1e-3);
         assert!(metrics.tracking_indicator < 0.0, "a lag");
         assert_eq!(metrics.iter().count(), 9, "too slow for an oscillation");
