@@ -36,6 +36,11 @@ pub(crate) fn identify_delay<'py>(
     Ok(answer)
 }
 
+/// An estimate's value and uncertainty.
+fn pair(estimate: Estimate) -> (f64, f64) {
+    (estimate.value, estimate.uncertainty)
+}
+
 fn vectors(parameter: &str, given: &[Bound<'_, PyAny>]) -> PyResult<Vec<Vec<f64>>> {
     given.iter().map(|run| arrays::vector(parameter, run)).collect()
 }
@@ -90,7 +95,7 @@ pub(crate) fn identify_flow_gain<'py>(
         let runs = recordings(&spool, &displacement);
         identification::identify_flow_gain(&runs, sample_rate, piston_area, limit)
     })?;
-    Ok((found.value, found.uncertainty))
+    Ok(pair(found))
 }
 
 /// Return overlap, null bias and the flow gains on either side, each with its uncertainty.
@@ -107,7 +112,7 @@ pub(crate) fn identify_overlap(
         identification::identify_overlap(&recordings(&spool, &displacement), sample_rate, piston_area)
     })?;
     let [back, forth] = found.flow_gains;
-    Ok([found.overlap, found.null_bias, back, forth].map(|one| (one.value, one.uncertainty)))
+    Ok([found.overlap, found.null_bias, back, forth].map(pair))
 }
 
 /// Return friction (N), compressibility (m³/Pa), flow factors of both directions and the velocity's delay (s), each with
@@ -129,7 +134,7 @@ pub(crate) fn identify_friction(
     })?;
     let [back, forth] = found.flow_factors;
     let all = [found.friction, found.compressibility, back, forth, found.velocity_delay];
-    Ok(all.map(|one| (one.value, one.uncertainty)))
+    Ok(all.map(pair))
 }
 
 /// Return the latencies (s) of load cell and spool sensor, the valve's delay and pilot time constant (s) and the
@@ -153,7 +158,7 @@ pub(crate) fn identify_force_loop(
     })?;
     let valve = [found.response_delay, found.pilot_time_constant];
     let all = [found.force_delay, found.spool_delay, valve[0], valve[1], found.compressibility];
-    Ok(all.map(|one| (one.value, one.uncertainty)))
+    Ok(all.map(pair))
 }
 
 /// Return the keys of a rig that take the values of `identify_force_loop`.
@@ -196,8 +201,7 @@ pub(crate) fn identify_load_cell(
             mass_uncertainty,
         )
     })?;
-    Ok([found.gain, found.force_over_velocity, found.velocity_over_displacement]
-        .map(|one| (one.value, one.uncertainty)))
+    Ok([found.gain, found.force_over_velocity, found.velocity_over_displacement].map(pair))
 }
 
 /// Return damping ratio and uncertainty, natural frequency (Hz) and uncertainty, and the logarithmic decrement.
@@ -231,8 +235,8 @@ pub(crate) fn fine_tune<'py>(
         identification::fine_tune(&rig.config, signals, sample_rate, band)
     })?;
     let answer = PyDict::new(py);
-    answer.set_item("level", (found.level.value, found.level.uncertainty))?;
-    answer.set_item("response_delay", (found.response_delay.value, found.response_delay.uncertainty))?;
+    answer.set_item("level", pair(found.level))?;
+    answer.set_item("response_delay", pair(found.response_delay))?;
     answer.set_item("natural_frequency", found.natural_frequency)?;
     answer.set_item("force_ratio", found.force_ratio)?;
     answer.set_item("peak", found.peak)?;

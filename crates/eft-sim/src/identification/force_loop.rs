@@ -108,9 +108,7 @@ pub fn identify_force_loop(
         value: spool_delay.value + behind.value,
         uncertainty: spool_delay.uncertainty.hypot(behind.uncertainty),
     };
-    let compressibility = rig.actuator.compressibility;
-    let compressibility =
-        Estimate { value: compressibility * oil.value, uncertainty: compressibility * oil.uncertainty };
+    let compressibility = oil.times(rig.actuator.compressibility);
     let attached = rig.measured_compressibility() - rig.actuator.compressibility;
     if compressibility.value <= attached {
         let allowed =

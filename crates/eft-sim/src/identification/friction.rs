@@ -37,13 +37,9 @@ pub fn identify_friction(
     signals.check(sample_rate)?;
     let [back, forth, delay, oil, friction] =
         FlowBalance::new(rig, signals, sample_rate, BAND)?.fitted::<5>()?;
-    let compressibility = rig.actuator.compressibility;
     Ok(FrictionEstimate {
         friction,
-        compressibility: Estimate {
-            value: compressibility * oil.value,
-            uncertainty: compressibility * oil.uncertainty,
-        },
+        compressibility: oil.times(rig.actuator.compressibility),
         flow_factors: [back, forth],
         velocity_delay: delay,
     })

@@ -1,6 +1,6 @@
 //! Identification from measured arrays, as in the paper: response delay (Fig. 4a), flow curve and flow gain
-//! (Fig. 4b, Table 2), and damping.
-//! Friction of the seals and latencies of the sensors follow from the same signals. The paper's experiments on the virtual rig give such arrays.
+//! (Fig. 4b, Table 2), and damping. Friction of the seals and latencies of the sensors follow from the same
+//! signals. The paper's experiments on the virtual rig give such arrays.
 //!
 //! Samples that are not finite are gaps. Offsets and linear drifts are removed. Data that does not determine
 //! a result is refused with the reason.
@@ -38,4 +38,11 @@ pub struct Estimate {
     pub value: f64,
     /// One standard deviation.
     pub uncertainty: f64,
+}
+
+impl Estimate {
+    /// The same in another unit, by a positive factor.
+    fn times(self, factor: f64) -> Self {
+        Self { value: factor * self.value, uncertainty: factor * self.uncertainty }
+    }
 }
