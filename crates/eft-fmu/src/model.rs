@@ -1,7 +1,9 @@
 //! The model inside an FMU: the virtual rig, or its controller.
 
 use eft_core::{Input, Output, status};
-use eft_sim::closed_loop::{Precision, RigChannel, RigChannelState, RigReading, VirtualRig, parameters};
+use eft_sim::closed_loop::{
+    AT_REST, Precision, RigChannel, RigChannelState, RigReading, VirtualRig, parameters,
+};
 use eft_sim::{Error, Result, RigConfig};
 use serde::{Deserialize, Serialize};
 
@@ -148,21 +150,10 @@ pub(crate) struct ControllerModel<P: Precision> {
     tripped: bool,
 }
 
-/// The output before the first tick.
-const SILENT: Output<f64> = Output {
-    voltage: 0.0,
-    compensation: 0.0,
-    velocity: 0.0,
-    permitted_command: 0.0,
-    authority: 1.0,
-    status: 0,
-    window: None,
-};
-
 impl<P: Precision> ControllerModel<P> {
     fn new(rig: &RigConfig) -> Result<Self> {
         let parameters = parameters(rig, rig.controller.sample_rate)?;
-        let one = |_| Ok((RigChannel::new(&parameters, rig.calibration.as_ref())?, SILENT));
+        let one = |_| Ok((RigChannel::new(&parameters, rig.calibration.as_ref())?, AT_REST));
         let actuators = (0..rig.structure.floors()).map(one).collect::<Result<_>>()?;
         Ok(Self { actuators, rig: rig.clone(), tripped: false })
     }

@@ -1,6 +1,6 @@
 //! A test with a controller in Python instead of the rig's own.
 
-use eft_sim::processor_in_the_loop::{Answer, run_with};
+use eft_sim::processor_in_the_loop::{ExternalOutput, run_with};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -67,7 +67,7 @@ pub(crate) fn simulate_controlled<'py>(
                 kept.keep(error);
                 Err(eft_sim::Error::Interrupted)
             },
-            |valve_command| Ok(Answer { valve_command, ..Answer::default() }),
+            |valve_command| Ok(ExternalOutput { valve_command, ..ExternalOutput::default() }),
         )
     };
     let (specimen, failed) =

@@ -1,8 +1,8 @@
 //! Common part of both classes: a channel of the simulator in either precision, its arguments and arrays.
 
-use eft_core::{Calibration, Input, Output, Parameters, Real, Realization};
+use eft_core::{Input, Output, Parameters, Realization};
 use eft_sim::RigConfig;
-use eft_sim::closed_loop::{RigChannel as Core, parameters};
+use eft_sim::closed_loop::{AT_REST, RigChannel as Core, parameters};
 use eft_sim::config::VelocitySource;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -27,21 +27,6 @@ macro_rules! each {
     };
 }
 
-/// The estimates of a controller.
-pub(super) struct Learned {
-    /// True flow over the table's (1).
-    pub(super) flow_gain: f64,
-    /// Delay of the spool, and of the velocity after it (s).
-    pub(super) response_delay: f64,
-    pub(super) velocity_delay: f64,
-    /// The spool's gain over the configured one (1).
-    pub(super) valve_gain: f64,
-    /// Commanded opening (1) at which the valve passes nothing.
-    pub(super) null_offset: f64,
-    /// The guard's factor on the compensation level (1).
-    pub(super) level: f64,
-}
-
 /// A rig's controller, its constructor's arguments, and the result of its last call.
 pub(super) struct Channel {
     core: Precision,
@@ -64,17 +49,6 @@ pub(super) struct Further {
     pub(super) period: Option<f64>,
     pub(super) load_pressure: Option<f64>,
 }
-
-/// The output before the first call.
-const SILENT: Output<f64> = Output {
-    voltage: 0.0,
-    compensation: 0.0,
-    velocity: 0.0,
-    permitted_command: 0.0,
-    authority: 1.0,
-    status: 0,
-    window: None,
-};
 
 /// A signal by its name in the interface, with the input field of its samples.
 type Column<'a, 'py> = (&'a str, Option<&'a Bound<'py, PyAny>>, fn(&mut Input<f64>) -> &mut f64);
@@ -107,7 +81,7 @@ impl Channel {
             Dtype::F32 => Precision::F32(Core::new(&parameters, saved).map_err(to_python)?),
             Dtype::F64 => Precision::F64(Core::new(&parameters, saved).map_err(to_python)?),
         };
-        Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, realization, last: SILENT })
+        Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, realization, last: AT_REST })
     }
 
     /// The arguments for a new object in `pickle`, which can only restore an object at rest.
@@ -247,7 +221,7 @@ impl Channel {
 
     pub(super) fn reset(&mut self) {
         each!(&mut self.core, core => core.reset());
-        self.last = SILENT;
+        self.last = AT_REST;
     }
 
     pub(super) fn end(&mut self) {
@@ -258,33 +232,10 @@ impl Channel {
         &self.last
     }
 
-    /// The controller's estimates of flow gain, delays (s) and valve gain, and the guard's level.
-    pub(super) fn learned(&self) -> Learned {
-        fn of<T: Real>(calibration: &Calibration<T>) -> Learned {
-            Learned {
-                flow_gain: calibration.flow_gain.to_f64(),
-                response_delay: calibration.response_delay.to_f64(),
-                velocity_delay: calibration.velocity_delay.to_f64(),
-                valve_gain: calibration.valve_gain.to_f64(),
-                null_offset: calibration.null_offset.to_f64(),
-                level: calibration.level.to_f64(),
-            }
-        }
-        let learned = match &self.core {
-            Precision::F32(core) => core.calibration().map(of),
-            Precision::F64(core) => core.calibration().map(of),
-        };
-        let c = &self.rig.compensation;
-        let (response_delay, velocity_delay) = (c.response_delay, c.velocity_delay);
-        let nominal = Learned {
-            flow_gain: 1.0,
-            response_delay,
-            velocity_delay,
-            valve_gain: 1.0,
-            null_offset: 0.0,
-            level: 1.0,
-        };
-        learned.unwrap_or(nominal)
+    /// The estimate of this trace; the configured value of a rig that does not learn.
+    pub(super) fn estimate(&self, trace: &str) -> f64 {
+        let estimates = each!(&self.core, core => core.estimates(&self.rig));
+        estimates.iter().find(|(name, _)| *name == trace).map_or(f64::NAN, |(_, value)| *value)
     }
 
     /// Learned no-load flows (m³/s) of the valve at the openings of the rig's flow table.
@@ -347,7 +298,7 @@ impl Channel {
                 next = sample.command;
             }
         }
-        let (core, mut last) = (&mut self.core, SILENT);
+        let (core, mut last) = (&mut self.core, AT_REST);
         let values = py.detach(|| {
             let mut step = |sample: &Input<f64>| {
                 let output = each!(&mut *core, core => core.step(sample));

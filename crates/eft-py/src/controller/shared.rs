@@ -70,38 +70,38 @@ macro_rules! python_methods {
             /// Estimated ratio of the true flow to the table's; 1 if the rig does not adapt.
             #[getter]
             fn flow_gain_estimate(&self) -> f64 {
-                self.channel.learned().flow_gain
+                self.channel.estimate("flow_gain_estimate")
             }
 
             /// Delay of the spool for which the lead network compensates, s.
             #[getter]
             fn response_delay_estimate(&self) -> f64 {
-                self.channel.learned().response_delay
+                self.channel.estimate("response_delay_estimate")
             }
 
             /// Delay of the velocity after the spool for which the lead network also compensates, s.
             #[getter]
             fn velocity_delay_estimate(&self) -> f64 {
-                self.channel.learned().velocity_delay
+                self.channel.estimate("velocity_delay_estimate")
             }
 
             /// Estimated ratio of the spool's gain to the configured one; 1 if the rig does not adapt.
             #[getter]
             fn valve_gain_estimate(&self) -> f64 {
-                self.channel.learned().valve_gain
+                self.channel.estimate("valve_gain_estimate")
             }
 
             /// Estimated commanded opening at which the valve passes nothing, which the controller adds; 0 if the flow
             /// curve is not corrected.
             #[getter]
             fn null_offset_estimate(&self) -> f64 {
-                self.channel.learned().null_offset
+                self.channel.estimate("null_offset_estimate")
             }
 
             /// The overcompensation guard's factor on the compensation level; 1 if it does not act.
             #[getter]
             fn level(&self) -> f64 {
-                self.channel.learned().level
+                self.channel.estimate("level")
             }
 
             /// Flow that the controller has found at each opening of the rig's flow table, m³/s.

@@ -15,6 +15,17 @@ use crate::error::{Error, Result};
 
 type Channel<P> = eft_core::Channel<P, TABLE_CAPACITY>;
 
+/// The output before the first tick.
+pub const AT_REST: Output<f64> = Output {
+    voltage: 0.0,
+    compensation: 0.0,
+    velocity: 0.0,
+    permitted_command: 0.0,
+    authority: 1.0,
+    status: 0,
+    window: None,
+};
+
 /// A channel, its learner if the rig learns, and the states of both.
 #[derive(Debug, Clone)]
 pub struct RigChannel<P: Precision> {

@@ -33,7 +33,7 @@ impl ChannelKind {
 
 /// The outputs of the channels at one tick, one number per lane.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Answers {
+pub(crate) struct ChannelOutputs {
     pub(crate) voltage: [f64; WIDEST],
     pub(crate) compensation: [f64; WIDEST],
     pub(crate) velocity: [f64; WIDEST],
@@ -49,21 +49,21 @@ pub(crate) struct Answers {
 #[inline(never)]
 pub(crate) fn step_channels<S: Num, P: Precision>(
     channels: &mut [RigChannel<P>],
-    answers: &mut Answers,
+    outputs: &mut ChannelOutputs,
     measured: &Signals<S>,
-    [command, next_command, stood]: [S; 3],
+    [command, next_command, present]: [S; 3],
     computation: &mut DelayLines,
 ) {
     for (i, channel) in channels.iter_mut().enumerate().take(WIDEST) {
         let next = next_command.lane(i);
-        let input = measured.lane(i).input(command.lane(i), next, stood.lane(i));
+        let input = measured.lane(i).input(command.lane(i), next, present.lane(i));
         let out = channel.step_via(&input, |v| P::from_f64(computation.pass_lane(i, v.to_f64())));
-        answers.voltage[i] = out.voltage;
-        answers.compensation[i] = out.compensation;
-        answers.velocity[i] = out.velocity;
-        answers.permitted[0][i] = out.permitted_command;
-        answers.permitted[1][i] = channel.preview(next);
-        answers.authority[i] = out.authority;
-        answers.status[i] = out.status;
+        outputs.voltage[i] = out.voltage;
+        outputs.compensation[i] = out.compensation;
+        outputs.velocity[i] = out.velocity;
+        outputs.permitted[0][i] = out.permitted_command;
+        outputs.permitted[1][i] = channel.preview(next);
+        outputs.authority[i] = out.authority;
+        outputs.status[i] = out.status;
     }
 }

@@ -73,18 +73,18 @@ impl<S: Num, C: Scalar<Element: Precision>, K: Recorder<S>, const IDEAL: bool, c
                 ahead = Some(self.test.look_ahead(&state));
             }
             let truth = self.test.signals::<IDEAL>(&state);
-            let decision = self.test.sample::<IDEAL, LEARNS>(&mut state, [command, next], &truth);
-            let tick = self.test.tick(&state, command, &truth, &decision);
+            let output = self.test.sample::<IDEAL, LEARNS>(&mut state, [command, next], &truth);
+            let tick = self.test.tick(&state, command, &truth, &output);
             self.recorder.record(done, &tick, self.test.estimates());
             if by_runge_kutta {
-                self.test.advance_by_runge_kutta(&mut state, &decision.driver);
+                self.test.advance_by_runge_kutta(&mut state, &output.driver);
             } else {
                 // Several rigs side by side fill that time anyway; in this order they need fewer registers.
                 let ahead = match ahead {
                     Some(ahead) => ahead,
                     None => self.test.look_ahead(&state),
                 };
-                self.test.advance(&mut state, &ahead, &decision.driver);
+                self.test.advance(&mut state, &ahead, &output.driver);
             }
             done += 1;
         }

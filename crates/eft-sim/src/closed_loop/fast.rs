@@ -6,7 +6,7 @@ use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
 use crate::closed_loop::estimates::InUse;
 use crate::closed_loop::method::Method;
-use crate::closed_loop::tick::{Decision, Tick};
+use crate::closed_loop::tick::{DigitalOutput, Tick};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::lanes::Num;
@@ -103,7 +103,7 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
         state: &mut LoopState<S, C>,
         [command, next_command]: [S; 2],
         truth: &Signals<S>,
-    ) -> Decision<S> {
+    ) -> DigitalOutput<S> {
         let feedback = FastFeedback { plant: &self.plant, state: &state.plant };
         self.digital.sample::<IDEAL, LEARNS>(&mut state.digital, command, next_command, truth, &feedback)
     }
@@ -115,10 +115,10 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
         state: &LoopState<S, C>,
         command: S,
         truth: &Signals<S>,
-        decision: &'a Decision<S>,
+        output: &'a DigitalOutput<S>,
     ) -> Tick<'a, S> {
         let (blocks, plant) = (self.plant.plant(), state.plant.plant());
-        Tick::new(command, *plant, blocks.force(plant), truth, blocks.at_limits(plant), decision)
+        Tick::new(command, *plant, blocks.force(plant), truth, blocks.at_limits(plant), output)
     }
 
     /// The part of the step to the next tick that does not depend on the sample.

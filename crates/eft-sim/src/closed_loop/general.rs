@@ -5,7 +5,7 @@ use eft_core::{ControllerState, Flags, Mask, Scalar, status};
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Feedback};
 use crate::closed_loop::loops::ClosedLoop;
-use crate::closed_loop::specimen::{Follower, Follows, Specimen};
+use crate::closed_loop::specimen::{ExternalStructure, PistonMotion, Specimen};
 use crate::closed_loop::tick::{Recorder, Tick};
 use crate::config::RigConfig;
 use crate::error::Result;
@@ -20,7 +20,7 @@ pub(crate) struct GeneralLoop<S: Num, C: Scalar<Element: Precision>> {
     states: Vec<ControllerState<C>>,
     drivers: Vec<Driver<S>>,
     /// An external structure that replaces the rig's own.
-    follower: Option<Box<dyn Follows<S>>>,
+    follower: Option<Box<dyn PistonMotion<S>>>,
     grid: TimeGrid,
     /// Whether any lane has a protection. `tripped` marks the lanes in which one has tripped.
     protected: bool,
@@ -78,19 +78,20 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
         let actuators = digital.iter_mut().zip(states).zip(commands.iter().zip(recorder)).enumerate();
         for (number, ((digital, state), (commands, recorder))) in actuators {
             let (now, mut truth) = (commands[i], plant.signals(number));
-            if let Some(acceleration) = follower.as_ref().and_then(|outside| outside.acceleration(number)) {
+            if let Some(acceleration) = follower.as_ref().and_then(|structure| structure.acceleration(number))
+            {
                 truth.acceleration = acceleration;
             }
             let next = commands.get(i + 1).copied().unwrap_or(now);
             let feedback = ActuatorFeedback { plant, number };
-            let decision = digital.sample::<false, false>(state, now, next, &truth, &feedback);
+            let output = digital.sample::<false, false>(state, now, next, &truth, &feedback);
             if *protected {
-                let trips = |lane| decision.status.lane(lane) & status::TRIPPED != 0;
+                let trips = |lane| output.status.lane(lane) & status::TRIPPED != 0;
                 *tripped = *tripped | S::Mask::from_lanes(trips);
             }
-            drivers.push(decision.driver);
+            drivers.push(output.driver);
             let (actuator, limits) = (plant.actuator(number), plant.at_limits(number));
-            let tick = Tick::new(now, actuator, plant.force(number), &truth, limits, &decision);
+            let tick = Tick::new(now, actuator, plant.force(number), &truth, limits, &output);
             recorder.record(i, &tick, digital.estimates());
         }
         match follower {
@@ -133,7 +134,7 @@ impl<S: Num, C: Scalar<Element: Precision>> ClosedLoop<S, C> for GeneralLoop<S, 
 impl<C: Scalar<Element: Precision>> GeneralLoop<f64, C> {
     /// Replaces the rig's structure by an external one.
     pub(crate) fn followed_by(&mut self, specimen: Specimen) {
-        self.follower = Some(Box::new(Follower::new(specimen, self.plant.actuators())));
+        self.follower = Some(Box::new(ExternalStructure::new(specimen, self.plant.actuators())));
     }
 }
 

@@ -7,6 +7,7 @@ mod controller;
 mod digital_side;
 mod energy;
 pub(crate) mod estimates;
+mod external_controller;
 pub(crate) mod fast;
 pub(crate) mod general;
 mod held;
@@ -14,7 +15,6 @@ mod ideal;
 mod learning;
 pub(crate) mod loops;
 mod method;
-mod outside;
 mod replay;
 mod signals;
 mod simulate;
@@ -25,14 +25,14 @@ pub(crate) mod tick;
 pub(crate) mod traces;
 mod virtual_rig;
 
-pub use channel::{RigChannel, RigChannelState};
+pub use channel::{AT_REST, RigChannel, RigChannelState};
 pub use controller::{Precision, RigController, Width, adapts, parameters};
 pub use energy::{EnergyTraces, energy_of_traces};
+pub use external_controller::ExternalOutput;
 pub use held::HeldTrace;
 pub(crate) use ideal::motions;
 pub use ideal::{IdealResponse, ideal_response, ideal_responses};
 pub use method::Method;
-pub use outside::Answer;
 pub use replay::{Replay, replay};
 pub use simulate::{
     CONVERGED_STEP, DEFAULT_STEP, SimulateOptions, energy_balance, simulate, simulate_actuators,

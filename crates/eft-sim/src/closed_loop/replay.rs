@@ -2,6 +2,7 @@
 
 use eft_core::{Calibration, Input, Learning, Parameters, Realization, SavedCalibration};
 
+use crate::closed_loop::channel;
 use crate::closed_loop::controller::{Precision, parameters};
 use crate::closed_loop::estimates::estimates;
 use crate::config::RigConfig;
@@ -58,23 +59,21 @@ pub fn replay<P: Precision<Flags = u32>>(
         protection: None,
         ..of_rig
     };
-    let (channel, learner) = (P::channel(&parameters)?, P::learner(&parameters)?);
-    let start =
-        rig.calibration.as_ref().map_or_else(|| Ok(learner.at_rest()), |saved| learner.start_from(saved));
-    let (mut state, mut learned) = (channel.at_rest(), start?);
+    let channel = P::channel(&parameters)?;
+    let (mut state, mut learning) =
+        (channel.at_rest(), channel::Learning::<P>::new(&parameters, rig.calibration.as_ref())?);
     let mut replay = Replay::default();
     for (tick, input) in inputs.iter().enumerate() {
         if tick.is_multiple_of(1024) {
             interruption::check()?;
         }
-        if let Some(window) = channel.step(&mut state, &super::channel::rounded(input)).window {
-            let calibration = learner.update(&mut learned, &window);
+        if let Some(window) = channel.step(&mut state, &channel::rounded(input)).window {
+            let calibration = learning.learner.update(&mut learning.state, &window);
             channel.publish(&mut state, calibration);
             replay.add((tick + 1) as f64 / sample_rate, &calibration);
         }
     }
-    let flow = |opening: &f64| learner.found_flow(state.calibration(), P::from_f64(*opening)).to_f64();
-    replay.calibration = Some(learner.saved(&learned)).filter(|saved| saved.excitation > 0.0);
-    replay.found_flows = parameters.openings.iter().map(flow).collect();
+    replay.calibration = learning.saved();
+    replay.found_flows = learning.found_flows(state.calibration(), parameters.openings);
     Ok(replay)
 }

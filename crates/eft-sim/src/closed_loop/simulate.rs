@@ -5,11 +5,11 @@ use std::iter;
 use eft_core::{Cause, Scalar, status};
 
 use crate::closed_loop::controller::{Precision, Width};
+use crate::closed_loop::external_controller::ExternalController;
 use crate::closed_loop::fast::FastLoop;
 use crate::closed_loop::general::GeneralLoop;
 use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::method::Method;
-use crate::closed_loop::outside::Outside;
 use crate::closed_loop::specimen::Specimen;
 use crate::closed_loop::test_run::TestRun;
 use crate::closed_loop::traces::{BLOCK_TICKS, Block};
@@ -74,7 +74,7 @@ impl Default for SimulateOptions {
 }
 
 /// What replaces the rig's controller, and its structure.
-type Replaced = (Option<Outside>, Option<Specimen>);
+type Replaced = (Option<ExternalController>, Option<Specimen>);
 /// Whether to go on, from the ticks done and all.
 type GoOn<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
 
@@ -136,14 +136,14 @@ pub(crate) fn simulate_controlled(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-    outside: Outside,
+    controller: ExternalController,
     specimen: Option<Specimen>,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     one_actuator(rig)?;
     let commands = std::slice::from_ref(command);
-    let outside = (Some(outside), specimen);
-    Ok(in_width(Width::Single, rig, commands, options, outside, &mut go_on)?.swap_remove(0))
+    let replaced = (Some(controller), specimen);
+    Ok(in_width(Width::Single, rig, commands, options, replaced, &mut go_on)?.swap_remove(0))
 }
 
 // Inlined, so that a program with one precision contains one. The test in each is compiled here once.
@@ -153,12 +153,12 @@ fn in_width(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    outside: Replaced,
+    replaced: Replaced,
     go_on: GoOn<'_>,
 ) -> Result<Vec<TestRun>> {
     match width {
-        Width::Single => in_single(rig, commands, options, outside, go_on),
-        Width::Double => in_double(rig, commands, options, outside, go_on),
+        Width::Single => in_single(rig, commands, options, replaced, go_on),
+        Width::Double => in_double(rig, commands, options, replaced, go_on),
     }
 }
 
@@ -166,20 +166,20 @@ fn in_single(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    outside: Replaced,
+    replaced: Replaced,
     go_on: GoOn<'_>,
 ) -> Result<Vec<TestRun>> {
-    through::<f32>(rig, commands, options, outside, go_on)
+    through::<f32>(rig, commands, options, replaced, go_on)
 }
 
 fn in_double(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    outside: Replaced,
+    replaced: Replaced,
     go_on: GoOn<'_>,
 ) -> Result<Vec<TestRun>> {
-    through::<f64>(rig, commands, options, outside, go_on)
+    through::<f64>(rig, commands, options, replaced, go_on)
 }
 
 /// A test of the paper's plant whose digital side is the channel and the learner of the firmware: what tests hold
@@ -288,7 +288,7 @@ fn through<P: Precision>(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    (outside, specimen): Replaced,
+    (controller, specimen): Replaced,
     go_on: GoOn<'_>,
 ) -> Result<Vec<TestRun>> {
     let (sample_rate, _) = check_commands(rig, commands)?;
@@ -296,14 +296,14 @@ fn through<P: Precision>(
     let detailed = needs_detail(rig) || commands.len() > 1;
     if !detailed && specimen.is_none() {
         let mut test = FastLoop::<f64, P::Lanes<f64>>::new(&|_| rig, grid, options.method)?;
-        if let Some(outside) = outside {
-            test.digital.controlled_by(outside);
+        if let Some(controller) = controller {
+            test.digital.controlled_by(controller);
         }
         return run_through(&mut test, rig, commands, go_on);
     }
     let mut test = GeneralLoop::<f64, P::Lanes<f64>>::new(&|_| rig, grid)?;
-    if let (Some(outside), Some(side)) = (outside, test.digital.first_mut()) {
-        side.controlled_by(outside);
+    if let (Some(controller), Some(side)) = (controller, test.digital.first_mut()) {
+        side.controlled_by(controller);
     }
     if let Some(specimen) = specimen {
         test.followed_by(specimen);

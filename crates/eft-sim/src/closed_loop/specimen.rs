@@ -87,7 +87,7 @@ impl Exchange {
 }
 
 /// The motion of the pistons with an external structure.
-pub(crate) trait Follows<S: Num> {
+pub(crate) trait PistonMotion<S: Num> {
     /// Advances the plant by one sample.
     fn advance(&mut self, plant: &mut Plant<S>, drivers: &[Driver<S>], grid: TimeGrid);
     /// Mean acceleration (m/s²) of an actuator over the sample that ends now.
@@ -97,20 +97,20 @@ pub(crate) trait Follows<S: Num> {
 }
 
 /// An external structure that moves with a plant until it cannot continue.
-pub(crate) struct Follower {
+pub(crate) struct ExternalStructure {
     specimen: Specimen,
     exchange: Exchange,
     failure: Option<String>,
 }
 
-impl Follower {
+impl ExternalStructure {
     /// At rest, for a number of actuators.
     pub(crate) fn new(specimen: Specimen, actuators: usize) -> Self {
         Self { specimen, exchange: Exchange::new(actuators), failure: None }
     }
 }
 
-impl Follows<f64> for Follower {
+impl PistonMotion<f64> for ExternalStructure {
     // After a failure the structure is not called again, and the plant does not change.
     fn advance(&mut self, plant: &mut Plant<f64>, drivers: &[Driver<f64>], grid: TimeGrid) {
         if self.failure.is_some() {

@@ -8,7 +8,7 @@ use crate::plant::{ActuatorState, Driver, Signals};
 
 /// The result of the digital side at one tick.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Decision<S: Num> {
+pub(crate) struct DigitalOutput<S: Num> {
     /// The sensors' readings; the true values if they are ideal.
     pub(crate) measured: Signals<S>,
     /// Zero where no trace is kept of it.
@@ -27,7 +27,7 @@ pub(crate) struct Tick<'a, S: Num> {
     pub(crate) force: S,
     pub(crate) supply_pressure: S,
     pub(crate) acceleration: S,
-    pub(crate) decision: &'a Decision<S>,
+    pub(crate) output: &'a DigitalOutput<S>,
     pub(crate) status: S::Flags,
 }
 
@@ -41,7 +41,7 @@ impl<'a, S: Num> Tick<'a, S> {
         force: S,
         truth: &Signals<S>,
         (at_stop, beyond_stroke): (<S as Scalar>::Mask, <S as Scalar>::Mask),
-        decision: &'a Decision<S>,
+        output: &'a DigitalOutput<S>,
     ) -> Self {
         let limits = S::flag(at_stop, status::SPOOL_STOP) | S::flag(beyond_stroke, status::STROKE_EXCEEDED);
         Self {
@@ -50,8 +50,8 @@ impl<'a, S: Num> Tick<'a, S> {
             force,
             supply_pressure: truth.supply_pressure,
             acceleration: truth.acceleration,
-            status: decision.status | limits,
-            decision,
+            status: output.status | limits,
+            output,
         }
     }
 }

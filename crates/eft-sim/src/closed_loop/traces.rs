@@ -242,32 +242,32 @@ estimates!(traces! {
         velocity: "m/s", "Velocity", tick.plant.velocity => Recorded;
         spool: "", "Spool opening", tick.plant.spool => Recorded;
         load_pressure: "Pa", "Load pressure", tick.plant.load_pressure => Recorded;
-        valve_command: "V", "Valve command", tick.decision.valve_command => Recorded;
-        compensation: "V", "Compensation signal", tick.decision.compensation => Recorded;
+        valve_command: "V", "Valve command", tick.output.valve_command => Recorded;
+        compensation: "V", "Compensation signal", tick.output.compensation => Recorded;
     }
     supply |tick| {
         supply_pressure: "Pa", "Supply pressure",
             tick.supply_pressure => Constant(|rig| rig.plant().supply.pressure);
     }
     sensors |tick| {
-        measured_force: "N", "Force as the load cell reported it", tick.decision.measured.force => Same("force");
+        measured_force: "N", "Force as the load cell reported it", tick.output.measured.force => Same("force");
         measured_displacement: "m", "Displacement as its sensor reported it",
-            tick.decision.measured.displacement => Same("displacement");
+            tick.output.measured.displacement => Same("displacement");
         measured_velocity: "m/s", "Velocity as its sensor reported it, or as the controller estimated it",
-            tick.decision.measured.velocity => Same("velocity");
+            tick.output.measured.velocity => Same("velocity");
         measured_spool: "", "Spool opening as its sensor reported it",
-            tick.decision.measured.spool => Same("spool");
+            tick.output.measured.spool => Same("spool");
         measured_supply_pressure: "Pa", "Supply pressure as its sensor reported it",
-            tick.decision.measured.supply_pressure => Same("supply_pressure");
+            tick.output.measured.supply_pressure => Same("supply_pressure");
     }
     accelerometer |tick| {
         acceleration: "m/s²", "Acceleration, of a rig with an accelerometer", tick.acceleration => Absent;
         measured_acceleration: "m/s²", "Acceleration as the accelerometer reported it",
-            tick.decision.measured.acceleration => Absent;
+            tick.output.measured.acceleration => Absent;
     }
     pressures |tick| {
         measured_load_pressure: "Pa", "Load pressure as its sensors reported it",
-            tick.decision.measured.load_pressure => Absent;
+            tick.output.measured.load_pressure => Absent;
     }
 });
 

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-pub use crate::closed_loop::Answer;
+pub use crate::closed_loop::ExternalOutput;
 use crate::closed_loop::{SimulateOptions, Specimen, TestRun, simulate_controlled};
 use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
@@ -34,14 +34,14 @@ pub fn run_with(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-    mut tick: impl FnMut([f32; 8]) -> Result<Answer> + Send + 'static,
+    mut tick: impl FnMut([f32; 8]) -> Result<ExternalOutput> + Send + 'static,
     specimen: Option<Specimen>,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     check(rig)?;
     let failure = Arc::new(Mutex::new(None));
     let seen = Arc::clone(&failure);
-    let mut last = Answer::default();
+    let mut last = ExternalOutput::default();
     let outside = Box::new(move |signals| {
         let mut failure = seen.lock().unwrap_or_else(PoisonError::into_inner);
         // After a failure `tick` is not called again; the run ends at its next check.
@@ -79,7 +79,7 @@ fn check(rig: &RigConfig) -> Result<()> {
 
 /// Runs `command` with the firmware `image` on QEMU's `machine` ("mps2-an386", "mps2-an500") as the
 /// controller. The firmware reads its samples from the file `to-firmware` by semihosting, eight `f32` in the
-/// order of [`run_with`]. It writes its answers to `from-firmware`, the fields of [`Answer`] in their order.
+/// order of [`run_with`]. It writes its answers to `from-firmware`, the fields of [`ExternalOutput`] in their order.
 /// All data is little-endian. The firmware must have the sample rate of the command and the controller of
 /// `rig`.
 ///
@@ -151,7 +151,7 @@ pub fn run_in_qemu(
         exchanges.fetch_add(1, Ordering::Relaxed);
         let [valve_command, compensation, status, velocity, learned @ ..] = answer;
         let [flow_gain, response_delay, valve_gain, level] = learned.map(f32::from_le_bytes);
-        Ok(Answer {
+        Ok(ExternalOutput {
             valve_command: f32::from_le_bytes(valve_command),
             compensation: f32::from_le_bytes(compensation),
             status: u32::from_le_bytes(status),

@@ -4,7 +4,7 @@ use eft_core::{Input, status};
 use eft_sim::closed_loop::{Precision, parameters};
 use eft_sim::config::Realization;
 use eft_sim::excitation::sine_sweep;
-use eft_sim::processor_in_the_loop::{Answer, run_with};
+use eft_sim::processor_in_the_loop::{ExternalOutput, run_with};
 use eft_sim::{Error, Result, RigConfig, SimulateOptions, simulate};
 
 fn digital() -> RigConfig {
@@ -12,7 +12,7 @@ fn digital() -> RigConfig {
 }
 
 /// The core as an external controller, as in firmware.
-fn firmware(rig: &RigConfig) -> impl FnMut([f32; 8]) -> Result<Answer> + Send + 'static {
+fn firmware(rig: &RigConfig) -> impl FnMut([f32; 8]) -> Result<ExternalOutput> + Send + 'static {
     let parameters = parameters(rig, 4096.0).unwrap();
     let channel = <f32 as Precision>::channel(&parameters).unwrap();
     let learner = <f32 as Precision>::learner(&parameters).unwrap();
@@ -35,7 +35,7 @@ fn firmware(rig: &RigConfig) -> impl FnMut([f32; 8]) -> Result<Answer> + Send + 
         if let Some(window) = out.window {
             channel.publish(&mut state, learner.update(&mut learned, &window));
         }
-        Ok(Answer {
+        Ok(ExternalOutput {
             valve_command: out.voltage,
             compensation: out.compensation,
             status: out.status,
@@ -105,7 +105,11 @@ fn a_controller_that_fails_ends_the_run() {
     let mut ticks = 0;
     let fails = move |_| {
         ticks += 1;
-        if ticks < 10 { Ok(Answer::default()) } else { Err(Error::value("tick", ticks, "must be below 10")) }
+        if ticks < 10 {
+            Ok(ExternalOutput::default())
+        } else {
+            Err(Error::value("tick", ticks, "must be below 10"))
+        }
     };
     let error =
         run_with(&digital(), &command, &SimulateOptions::default(), fails, None, |_, _| true).unwrap_err();
@@ -122,7 +126,7 @@ fn features_that_firmware_does_not_have_are_refused() {
     ] {
         let on = ("protection.enabled", true.into());
         let rig = digital().replace(&[on, change.clone()]).unwrap();
-        let idle = |_| Ok(Answer::default());
+        let idle = |_| Ok(ExternalOutput::default());
         let error =
             run_with(&rig, &command, &SimulateOptions::default(), idle, None, |_, _| true).unwrap_err();
         assert!(error.to_string().starts_with(change.0), "{error}");

@@ -3,8 +3,8 @@
 use eft_core::{Flags, Mask, Scalar, status};
 
 use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::parts::{CellReading, Decides, DigitalSide, Feedback};
-use crate::closed_loop::tick::Decision;
+use crate::closed_loop::digital_side::parts::{CellReading, DigitalSide, Feedback, Source};
+use crate::closed_loop::tick::DigitalOutput;
 use crate::config::Realization;
 use crate::lanes::Num;
 use crate::plant::Driver;
@@ -28,7 +28,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// The valve command (V) of analog controllers until now, with a command (N) at the first tick; zero for
     /// digital ones.
     #[inline(always)]
-    pub(super) fn stood<const IDEAL: bool>(
+    pub(super) fn present_command<const IDEAL: bool>(
         &self,
         command: S,
         cell: CellReading<S>,
@@ -38,8 +38,8 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         if !IDEAL && self.realization == Realization::Digital {
             return zero;
         }
-        let first = || match &self.decides {
-            Decides::Channels(channels, _) => {
+        let first = || match &self.source {
+            Source::Channels(channels, _) => {
                 S::from_lanes(|i| channels.get(i).map_or(0.0, |one| one.preview(command.lane(i))))
             }
             _ => command,
@@ -54,7 +54,8 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
 
     /// Applies the converter, and returns the drive of the valve until the next tick under the permitted
     /// commands (N). `measured` has the velocity that the controllers used. `IDEAL` selects the copy for ideal
-    /// instruments and an analog loop, `REMEMBERS` the copy for callers of [`stood`](Self::stood).
+    /// instruments and an analog loop, `REMEMBERS` the copy for callers of
+    /// [`present_command`](Self::present_command).
     #[inline(always)]
     pub(super) fn drive<const IDEAL: bool, const REMEMBERS: bool>(
         &mut self,
@@ -62,18 +63,24 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         measured: &Signals<S>,
         cell: CellReading<S>,
         plant: &impl Feedback<S>,
-    ) -> Decision<S> {
+    ) -> DigitalOutput<S> {
         let [command, next_command] = out.commands;
         let (output, clipped) =
             if IDEAL { (out.voltage, S::Flags::default()) } else { self.dac.convert(out.voltage) };
         if !IDEAL && self.realization == Realization::Digital {
             let status = out.status | clipped;
             let (compensation, driver) = (out.compensation, Driver::held(output));
-            return Decision { measured: *measured, valve_command: output, compensation, status, driver };
+            return DigitalOutput {
+                measured: *measured,
+                valve_command: output,
+                compensation,
+                status,
+                driver,
+            };
         }
         let mut rate = (next_command - command) * S::splat(self.sample_rate);
         // Only a protection can open the loop.
-        let watched = !IDEAL && matches!(self.decides, Decides::Channels(..));
+        let watched = !IDEAL && matches!(self.source, Source::Channels(..));
         let is_open = |i: usize| watched && out.status.lane(i) & status::FORCE_LOOP_OPEN != 0;
         let open = watched && (0..S::LANES).any(is_open);
         let behind = if !open {
@@ -95,6 +102,6 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         };
         let valve_command = if self.traces { plant.command(&driver) } else { S::splat(0.0) };
         let status = out.status | clipped;
-        Decision { measured: *measured, valve_command, compensation: output, status, driver }
+        DigitalOutput { measured: *measured, valve_command, compensation: output, status, driver }
     }
 }

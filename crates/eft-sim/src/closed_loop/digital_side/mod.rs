@@ -1,8 +1,8 @@
 //! Sensors, controller and converter: from the plant's signals to the drive of its valve.
 
-mod decide;
 mod drive;
 mod parts;
+mod valve_command;
 
 pub(crate) use parts::{DigitalSide, Feedback};
 
@@ -11,12 +11,12 @@ use eft_core::{ControllerState, Mask, SavedCalibration, Scalar};
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::channels::ChannelKind;
 use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
-use crate::closed_loop::digital_side::decide::{learn, run_channels};
-use crate::closed_loop::digital_side::parts::{CellReading, Decides};
+use crate::closed_loop::digital_side::parts::{CellReading, Source};
+use crate::closed_loop::digital_side::valve_command::{learn, run_channels};
 use crate::closed_loop::estimates::{Estimates, InUse};
+use crate::closed_loop::external_controller::ExternalController;
 use crate::closed_loop::learning::LearningLanes;
-use crate::closed_loop::outside::Outside;
-use crate::closed_loop::tick::Decision;
+use crate::closed_loop::tick::DigitalOutput;
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::instruments::{AnalogOutput, CommandDelay, Dac, DelayLines, Sensors};
@@ -56,20 +56,20 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             sensors.is_none() && computation.is_none() && command_delay.is_none() && dac.is_ideal();
         let controller = RigController::<C>::pack(&|i| &controllers[i]);
         let kind = ChannelKind::of(rig(0));
-        let decides = if S::LANES == C::LANES && kind == ChannelKind::Learning {
-            Decides::Learning(Box::new(LearningLanes::new(&parameters, &controllers, |i| {
+        let source = if S::LANES == C::LANES && kind == ChannelKind::Learning {
+            Source::Learning(Box::new(LearningLanes::new(&parameters, &controllers, |i| {
                 rig(i).calibration.as_ref()
             })?))
         } else if S::LANES != C::LANES || kind != ChannelKind::Controller {
             let of = |(i, p)| RigChannel::new(p, rig(i).calibration.as_ref());
             let channels = parameters.iter().enumerate().map(of).collect::<Result<_>>()?;
-            Decides::Channels(channels, Box::default())
+            Source::Channels(channels, Box::default())
         } else {
-            Decides::SideBySide
+            Source::SideBySide
         };
         Ok(Self {
             kind,
-            decides,
+            source,
             ideal: has_ideal_instruments && realization == Realization::Analog,
             calibration: Box::new(controller.nominal()),
             controller,
@@ -95,9 +95,9 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
 
     /// The fastest copy of [`sample`](Self::sample) that is valid.
     pub(crate) fn path(&self) -> Path {
-        match self.decides {
-            Decides::SideBySide if self.ideal => Path::Ideal,
-            Decides::Learning(_) if self.ideal => Path::IdealLearning,
+        match self.source {
+            Source::SideBySide if self.ideal => Path::Ideal,
+            Source::Learning(_) if self.ideal => Path::IdealLearning,
             _ => Path::General,
         }
     }
@@ -112,18 +112,18 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         next_command: S,
         truth: &Signals<S>,
         plant: &impl Feedback<S>,
-    ) -> Decision<S> {
+    ) -> DigitalOutput<S> {
         let commands = [command, next_command];
         if !IDEAL {
             return self.sample_with_all(state, &commands, truth, plant);
         }
         let (mut measured, cell) = (*truth, CellReading::ideal());
-        let stood = if LEARNS { self.stood::<true>(command, cell, plant) } else { S::splat(0.0) };
+        let present = if LEARNS { self.present_command::<true>(command, cell, plant) } else { S::splat(0.0) };
         // Both outputs stay in registers. The output of a function that is not inlined would be copied through
         // memory.
-        let out = match &mut self.decides {
-            Decides::Learning(learning) if LEARNS => {
-                learn::<true, S, C>(learning, &mut self.computation, commands, &mut measured, stood)
+        let out = match &mut self.source {
+            Source::Learning(learning) if LEARNS => {
+                learn::<true, S, C>(learning, &mut self.computation, commands, &mut measured, present)
             }
             _ => self.control::<true>(state, commands, &measured),
         };
@@ -139,7 +139,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         commands: &[S; 2],
         truth: &Signals<S>,
         plant: &impl Feedback<S>,
-    ) -> Decision<S> {
+    ) -> DigitalOutput<S> {
         S::dispatch(Sample { side: self, state, commands, truth, plant })
     }
 
@@ -150,7 +150,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         commands: [S; 2],
         truth: &Signals<S>,
         plant: &impl Feedback<S>,
-    ) -> Decision<S> {
+    ) -> DigitalOutput<S> {
         let commands = match (&mut self.command_delay, self.realization) {
             (None, _) => commands,
             (Some(delay), Realization::Analog) => delay.pass(commands),
@@ -158,25 +158,28 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             (Some(delay), Realization::Digital) => [delay.pass(commands)[0], commands[1]],
         };
         let (mut measured, cell) = self.measure(*truth);
-        let stood = match self.decides {
-            Decides::Learning(_) | Decides::Channels(..) => self.stood::<false>(commands[0], cell, plant),
+        let present = match self.source {
+            Source::Learning(_) | Source::Channels(..) => {
+                self.present_command::<false>(commands[0], cell, plant)
+            }
             _ => S::splat(0.0),
         };
         let computation = &mut self.computation;
-        let out = match &mut self.decides {
-            Decides::SideBySide => self.control::<false>(state, commands, &measured),
-            Decides::Learning(learning) => {
-                learn::<false, S, C>(learning, computation, commands, &mut measured, stood)
+        let out = match &mut self.source {
+            Source::SideBySide => self.control::<false>(state, commands, &measured),
+            Source::Learning(learning) => {
+                learn::<false, S, C>(learning, computation, commands, &mut measured, present)
             }
-            Decides::Channels(channels, answers) => {
+            Source::Channels(channels, outputs) => {
                 let measured = &mut measured;
-                let out = run_channels(channels, answers, self.kind, computation, commands, measured, stood);
+                let out =
+                    run_channels(channels, outputs, self.kind, computation, commands, measured, present);
                 if self.adapts {
                     self.estimates.follow(self.estimates.estimates.or(|i| channels[i].calibration()));
                 }
                 out
             }
-            Decides::Outside(_) => return self.ask(commands, measured),
+            Source::External(_) => return self.ask(commands, measured),
         };
         self.drive::<false, true>(out, &measured, cell, plant)
     }
@@ -184,15 +187,15 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// The estimates that the controllers used at the last sample.
     #[inline(always)]
     pub(crate) fn estimates(&self) -> &InUse<S> {
-        match &self.decides {
-            Decides::Learning(learning) => &learning.estimates,
+        match &self.source {
+            Source::Learning(learning) => &learning.estimates,
             _ => &self.estimates,
         }
     }
 
     /// Replaces the rig's controller by an external one; for a digital side of one rig.
-    pub(crate) fn controlled_by(&mut self, outside: Outside) {
-        self.decides = Decides::Outside(outside);
+    pub(crate) fn controlled_by(&mut self, controller: ExternalController) {
+        self.source = Source::External(controller);
     }
 
     /// Replaces the channels side by side by one channel and its learner; for a digital side of one rig.
@@ -201,38 +204,38 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// What `eft-core` refuses.
     pub(crate) fn run_by_channel(&mut self, rig: &RigConfig) -> Result<()> {
         let channel = RigChannel::new(&parameters(rig, self.sample_rate)?, None)?;
-        self.decides = Decides::Channels(vec![channel], Box::default());
+        self.source = Source::Channels(vec![channel], Box::default());
         Ok(())
     }
 
     /// Learned no-load flows (m³/s) of a lane's valve at these openings. `None` if the rig does not learn,
     /// empty if an external controller learns.
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
-        match &self.decides {
-            Decides::SideBySide => None,
-            Decides::Learning(learning) => learning.found_flows(openings, lane),
-            Decides::Channels(channels, _) => channels.get(lane)?.found_flows(openings),
-            Decides::Outside(_) => self.adapts.then(Vec::new),
+        match &self.source {
+            Source::SideBySide => None,
+            Source::Learning(learning) => learning.found_flows(openings, lane),
+            Source::Channels(channels, _) => channels.get(lane)?.found_flows(openings),
+            Source::External(_) => self.adapts.then(Vec::new),
         }
     }
 
     /// The learned calibration of a lane, if its learner runs here.
     pub(crate) fn saved(&self, lane: usize) -> Option<SavedCalibration> {
-        match &self.decides {
-            Decides::Learning(learning) => learning.saved(lane),
-            Decides::Channels(channels, _) => channels.get(lane)?.saved(),
-            Decides::SideBySide | Decides::Outside(_) => None,
+        match &self.source {
+            Source::Learning(learning) => learning.saved(lane),
+            Source::Channels(channels, _) => channels.get(lane)?.saved(),
+            Source::SideBySide | Source::External(_) => None,
         }
     }
 
     /// Starts the soft end of the protections, if there are any.
     pub(crate) fn end(&mut self) {
-        self.decides.channels().iter_mut().for_each(RigChannel::end);
+        self.source.channels().iter_mut().for_each(RigChannel::end);
     }
 
     /// Trips the protections of some lanes, if there are any, on request.
     pub(crate) fn trip(&mut self, at: S::Mask) {
-        let channels = self.decides.channels().iter_mut().enumerate();
+        let channels = self.source.channels().iter_mut().enumerate();
         channels.filter(|(lane, _)| at.lane(*lane)).for_each(|(_, channel)| channel.trip());
     }
 
@@ -260,10 +263,10 @@ struct Sample<'a, S: Num, C: Scalar<Element: Precision>, F> {
 }
 
 impl<S: Num, C: Scalar<Element: Precision>, F: Feedback<S>> Work for Sample<'_, S, C, F> {
-    type Output = Decision<S>;
+    type Output = DigitalOutput<S>;
 
     #[inline(always)]
-    fn run(self) -> Decision<S> {
+    fn run(self) -> DigitalOutput<S> {
         self.side.sample_here(self.state, *self.commands, self.truth, self.plant)
     }
 }

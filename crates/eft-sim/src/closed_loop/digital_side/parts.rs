@@ -3,11 +3,11 @@
 use eft_core::{Calibration, Scalar};
 
 use crate::closed_loop::channel::RigChannel;
-use crate::closed_loop::channels::{Answers, ChannelKind};
+use crate::closed_loop::channels::{ChannelKind, ChannelOutputs};
 use crate::closed_loop::controller::{Precision, RigController};
 use crate::closed_loop::estimates::InUse;
+use crate::closed_loop::external_controller::ExternalController;
 use crate::closed_loop::learning::LearningLanes;
-use crate::closed_loop::outside::Outside;
 use crate::config::Realization;
 use crate::instruments::{CommandDelay, Dac, DelayLines, Sensors};
 use crate::lanes::Num;
@@ -37,18 +37,18 @@ impl<S: Num> CellReading<S> {
 }
 
 /// The source of the valve command.
-pub(super) enum Decides<S: Num, C: Scalar<Element: Precision>> {
+pub(super) enum Source<S: Num, C: Scalar<Element: Precision>> {
     /// Controllers side by side, without learning, protection or velocity estimate.
     SideBySide,
     /// Learning channels side by side.
     Learning(Box<LearningLanes<S, C>>),
     /// One channel per lane.
-    Channels(Vec<RigChannel<C::Element>>, Box<Answers>),
+    Channels(Vec<RigChannel<C::Element>>, Box<ChannelOutputs>),
     /// An external controller, for one rig.
-    Outside(Outside),
+    External(ExternalController),
 }
 
-impl<S: Num, C: Scalar<Element: Precision>> Decides<S, C> {
+impl<S: Num, C: Scalar<Element: Precision>> Source<S, C> {
     /// The channels, if they compute the valve command.
     pub(super) fn channels(&mut self) -> &mut [RigChannel<C::Element>] {
         if let Self::Channels(channels, _) = self { channels } else { &mut [] }
@@ -59,7 +59,7 @@ impl<S: Num, C: Scalar<Element: Precision>> Decides<S, C> {
 /// number.
 pub(crate) struct DigitalSide<S: Num, C: Scalar<Element: Precision>> {
     pub(super) kind: ChannelKind,
-    pub(super) decides: Decides<S, C>,
+    pub(super) source: Source<S, C>,
     /// Whether the instruments are ideal and the loop analog.
     pub(super) ideal: bool,
     /// The controllers side by side.

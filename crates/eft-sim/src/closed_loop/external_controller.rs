@@ -2,11 +2,11 @@
 
 /// An external controller. Its inputs are the command (N), the readings of velocity (m/s), force (N), spool
 /// opening (1), displacement (m), supply pressure (Pa) and acceleration (m/s²), and the next command (N).
-pub(crate) type Outside = Box<dyn FnMut([f32; 8]) -> Answer + Send>;
+pub(crate) type ExternalController = Box<dyn FnMut([f32; 8]) -> ExternalOutput + Send>;
 
 /// The answer of an external controller to one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Answer {
+pub struct ExternalOutput {
     /// Valve command (V).
     pub valve_command: f32,
     /// Compensation signal (V) in it.

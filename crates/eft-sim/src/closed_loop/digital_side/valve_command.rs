@@ -4,15 +4,15 @@
 use eft_core::{ControllerInput, ControllerOutput, ControllerState, Flags, Mask, Real, Scalar};
 
 use crate::closed_loop::channel::RigChannel;
-use crate::closed_loop::channels::{Answers, ChannelKind, step_channels};
+use crate::closed_loop::channels::{ChannelKind, ChannelOutputs, step_channels};
 use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::drive::Outputs;
-use crate::closed_loop::digital_side::parts::{Decides, DigitalSide};
+use crate::closed_loop::digital_side::parts::{DigitalSide, Source};
 use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::external_controller::ExternalOutput;
 use crate::closed_loop::learning::LearningLanes;
-use crate::closed_loop::outside::Answer;
 use crate::closed_loop::signals::{convert, convert_flags};
-use crate::closed_loop::tick::Decision;
+use crate::closed_loop::tick::DigitalOutput;
 use crate::instruments::DelayLines;
 use crate::lanes::{Num, WIDEST};
 use crate::plant::Driver;
@@ -46,18 +46,18 @@ fn outputs<S: Num, C: Scalar>(commands: [S; 2], out: &ControllerOutput<C>) -> Ou
     }
 }
 
-/// Runs learning channels side by side; `stood` is the valve command (V) until now.
+/// Runs learning channels side by side; `present` is the valve command (V) until now.
 #[inline(always)]
 pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar<Element: Precision>>(
     learning: &mut LearningLanes<S, C>,
     computation: &mut DelayLines,
     commands: [S; 2],
     measured: &mut Signals<S>,
-    stood: S,
+    present: S,
 ) -> Outputs<S> {
     let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
     let input = input(commands, measured);
-    let out = learning.step(&input, convert(stood), path);
+    let out = learning.step(&input, convert(present), path);
     measured.velocity = convert(input.velocity);
     outputs([convert(input.command), convert(input.next_command)], &out)
 }
@@ -66,27 +66,27 @@ pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar<Element: Precision>>(
 #[inline(always)]
 pub(super) fn run_channels<S: Num, P: Precision>(
     channels: &mut [RigChannel<P>],
-    answers: &mut Answers,
+    outputs: &mut ChannelOutputs,
     kind: ChannelKind,
     computation: &mut DelayLines,
     [command, next_command]: [S; 2],
     measured: &mut Signals<S>,
-    stood: S,
+    present: S,
 ) -> Outputs<S> {
-    step_channels(channels, answers, measured, [command, next_command, stood], computation);
+    step_channels(channels, outputs, measured, [command, next_command, present], computation);
     let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
     // A controller without protection passes its command on in double precision.
     let mut commands = [command, next_command];
     if kind != ChannelKind::Controller {
-        measured.velocity = of(&answers.velocity);
-        commands = [of(&answers.permitted[0]), of(&answers.permitted[1])];
+        measured.velocity = of(&outputs.velocity);
+        commands = [of(&outputs.permitted[0]), of(&outputs.permitted[1])];
     }
     Outputs {
         commands,
-        voltage: of(&answers.voltage),
-        compensation: of(&answers.compensation),
-        authority: of(&answers.authority),
-        status: S::Flags::from_lanes(|i| answers.status[i]),
+        voltage: of(&outputs.voltage),
+        compensation: of(&outputs.compensation),
+        authority: of(&outputs.authority),
+        status: S::Flags::from_lanes(|i| outputs.status[i]),
     }
 }
 
@@ -107,13 +107,17 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
 
     /// Runs the external controller.
     #[inline(never)]
-    pub(super) fn ask(&mut self, [command, next_command]: [S; 2], mut measured: Signals<S>) -> Decision<S> {
+    pub(super) fn ask(
+        &mut self,
+        [command, next_command]: [S; 2],
+        mut measured: Signals<S>,
+    ) -> DigitalOutput<S> {
         let Signals { velocity, force, spool, displacement, supply_pressure, acceleration, .. } = measured;
         let signals =
             [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command];
-        let answer = match &mut self.decides {
-            Decides::Outside(outside) => outside(signals.map(|signal| signal.lane(0).to_f64() as f32)),
-            _ => Answer::default(),
+        let answer = match &mut self.source {
+            Source::External(controller) => controller(signals.map(|signal| signal.lane(0).to_f64() as f32)),
+            _ => ExternalOutput::default(),
         };
         if self.estimates_velocity {
             measured.velocity = convert(answer.velocity);
@@ -128,7 +132,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             });
         }
         let (valve_command, clipped) = self.dac.convert(convert(answer.valve_command));
-        Decision {
+        DigitalOutput {
             measured,
             valve_command,
             compensation: convert(answer.compensation),
