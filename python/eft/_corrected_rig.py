@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from eft import _native
+
 if TYPE_CHECKING:
     from eft._native import Rig
     from eft._run import TestRun
@@ -20,18 +22,4 @@ def corrected_rig(run: TestRun) -> Rig:
         raise ValueError(
             f"a run of {actuators} actuators has one flow curve for each: take run.actuator(0)'s"
         )
-    adapts = any(run.rig[f"compensation.{part}"] for part in ("adaptive", "guard", "supply_correction"))
-    if adapts and run.rig["compensation.mode"] == "linear":
-        raise ValueError(
-            'compensation.mode = "linear": must be "nonlinear" for a flow table to be found: '
-            "the linear scheme uses none"
-        )
-    valve = run.rig.plant["servovalve"]
-    return run.rig.replace(
-        {
-            "truth.servovalve.flow_table": None,
-            "calibration": None,
-            "servovalve.true_flow_table": valve.get("true_flow_table", valve["flow_table"]),
-            "servovalve.flow_table.flows": run.found_flows.tolist(),
-        }
-    )
+    return _native.corrected_rig(run.rig, run.found_flows)

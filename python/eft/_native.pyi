@@ -25,6 +25,7 @@ __all__ = [
     "baseline_corrected",
     "check_feasibility",
     "coherence",
+    "corrected_rig",
     "delay_budget",
     "demands",
     "design_force_loop",
@@ -481,6 +482,7 @@ def worst(values: ArrayLike) -> float: ...
 def fft_ratio(
     command: ArrayLike, force: ArrayLike, sample_rate: float, f_low: float, f_high: float
 ) -> tuple[_Array, _Array]: ...
+def corrected_rig(rig: Rig, found_flows: ArrayLike) -> Rig: ...
 def ideal_response(rig: Rig, command: Command) -> tuple[_Array, _Array]: ...
 def coherence(
     command: ArrayLike, force: ArrayLike, sample_rate: float, segment: int

@@ -51,7 +51,8 @@ def test_the_linear_scheme_finds_no_table():
     linear = eft.Rig.zhao2005().replace({"compensation.mode": "linear"})
     with pytest.raises(ValueError, match=r'^compensation.mode = "linear": must be "nonlinear"'):
         eft.simulate(linear.replace({"compensation.adaptive": True}), short).corrected_rig()
-    assert eft.simulate(linear, short).corrected_rig()["servovalve.flow_table.flows"] == FLOWS.tolist()
+    for fixed in (linear, linear.replace({"compensation.supply_correction": True})):
+        assert eft.simulate(fixed, short).corrected_rig()["servovalve.flow_table.flows"] == FLOWS.tolist()
 
 
 def test_a_fixed_controller_finds_its_table():

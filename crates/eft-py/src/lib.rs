@@ -64,6 +64,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(excitation::effective_force, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::read_record, module)?)?;
     module.add_function(wrap_pyfunction!(run::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(run::corrected_rig, module)?)?;
     module.add_function(wrap_pyfunction!(controlled::simulate_controlled, module)?)?;
     module.add_function(wrap_pyfunction!(batch::simulate_batch, module)?)?;
     module.add_function(wrap_pyfunction!(replay::replay, module)?)?;

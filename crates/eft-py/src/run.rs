@@ -1,7 +1,7 @@
 //! Tests on the virtual rig.
 
 use eft_core::SavedCalibration;
-use eft_sim::closed_loop::{TRACES, Values, ideal_responses, simulate_actuators, simulate_specimen};
+use eft_sim::closed_loop::{self, TRACES, Values, ideal_responses, simulate_actuators, simulate_specimen};
 use eft_sim::config::calibration_section;
 use eft_sim::{SimulateOptions, TestRun};
 use numpy::PyArray1;
@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays;
 use crate::energy::energies;
-use crate::errors::refuse;
+use crate::errors::{refuse, to_python};
 use crate::excitation::Command;
 use crate::integration::options;
 use crate::interruption::{Watch, interruptible};
@@ -136,6 +136,14 @@ pub(crate) fn calibration<'py>(
 ) -> PyResult<Option<Bound<'py, PyAny>>> {
     let section = saved.and_then(calibration_section);
     section.map(|section| to_python_value(py, &section)).transpose()
+}
+
+/// The tested rig with the flow curve (m³/s) that its test found.
+#[pyfunction]
+pub(crate) fn corrected_rig(rig: &Rig, found_flows: &Bound<'_, PyAny>) -> PyResult<Rig> {
+    let flows = arrays::vector("found_flows", found_flows)?;
+    let config = closed_loop::corrected_rig(&rig.config, &flows).map_err(to_python)?;
+    Ok(Rig { config })
 }
 
 /// Displacement (m) and velocity (m/s) of the rig's structure under exactly the command.

@@ -41,6 +41,6 @@ pub use simulate::{
 pub(crate) use simulate::{check_commands, one_actuator, simulate_controlled, soft_end, soft_end_ticks};
 pub use specimen::{Motions, Specimen};
 pub use stepper::{PlantReading, PlantStepper};
-pub use test_run::TestRun;
+pub use test_run::{TestRun, corrected_rig};
 pub use traces::{Otherwise, TRACES, Trace, Traces, Values};
 pub use virtual_rig::{RigReading, VirtualRig};

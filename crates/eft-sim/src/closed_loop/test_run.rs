@@ -95,18 +95,26 @@ impl TestRun {
     /// Or an external controller has learned. Or the flows do not increase, which single precision can cause
     /// where the table is almost flat.
     pub fn corrected_rig(&self) -> Result<RigConfig> {
-        if adapts(&self.rig) && self.rig.compensation.mode == Mode::Linear {
-            let allowed = "must be \"nonlinear\" for a flow table to be found: the linear scheme uses none";
-            return Err(Error::value("compensation.mode", "\"linear\"", allowed));
-        }
-        if self.found_flows.is_empty() {
-            let allowed = "must have been found here: an external controller keeps its flows";
-            return Err(Error::value("found_flows", "none", allowed));
-        }
-        let true_curve = self.rig.plant().servovalve.true_curve().clone();
-        self.rig.without(&["truth.servovalve.flow_table", "calibration"])?.with(|rig| {
-            rig.servovalve.true_flow_table = Some(true_curve);
-            rig.servovalve.flow_table.flows.clone_from(&self.found_flows);
-        })
+        corrected_rig(&self.rig, &self.found_flows)
     }
+}
+
+/// [`TestRun::corrected_rig`] of a tested rig and the flows (m³/s) that the test found.
+///
+/// # Errors
+/// As that.
+pub fn corrected_rig(rig: &RigConfig, found_flows: &[f64]) -> Result<RigConfig> {
+    if adapts(rig) && rig.compensation.mode == Mode::Linear {
+        let allowed = "must be \"nonlinear\" for a flow table to be found: the linear scheme uses none";
+        return Err(Error::value("compensation.mode", "\"linear\"", allowed));
+    }
+    if found_flows.is_empty() {
+        let allowed = "must have been found here: an external controller keeps its flows";
+        return Err(Error::value("found_flows", "none", allowed));
+    }
+    let true_curve = rig.plant().servovalve.true_curve().clone();
+    rig.without(&["truth.servovalve.flow_table", "calibration"])?.with(|rig| {
+        rig.servovalve.true_flow_table = Some(true_curve);
+        rig.servovalve.flow_table.flows = found_flows.to_vec();
+    })
 }
