@@ -1,6 +1,7 @@
 //! Common parts of the tests beyond the paper: deviating rigs, sensors, measures of the result.
 
 use eft::core::status;
+use eft::sim::batch::{BatchOptions, Test, simulate_batch};
 use eft::sim::excitation::{Command, sine_sweep};
 use eft::sim::metrics::{fft_ratio, nrmse};
 use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
@@ -82,6 +83,15 @@ pub(crate) fn fault(signal: &str, kind: &str, start: f64, duration: f64) -> Vec<
 
 pub(crate) fn run(rig: &RigConfig, command: &Command) -> TestRun {
     simulate::<f64>(rig, command, &SimulateOptions::default(), |_, _| true).unwrap()
+}
+
+/// The tests of some rigs under one command, side by side, with the bits of [`run`].
+pub(crate) fn runs(rigs: &[RigConfig], command: &Command) -> Vec<TestRun> {
+    let commands = std::slice::from_ref(command);
+    let tests: Vec<_> = rigs.iter().map(|rig| Test { rig, commands }).collect();
+    let options = BatchOptions { traces: true, ..BatchOptions::default() };
+    let outcomes = simulate_batch::<f64>(&tests, &options, |_, _| true).unwrap();
+    outcomes.into_iter().flat_map(|outcome| outcome.unwrap().runs).collect()
 }
 
 pub(crate) fn error(run: &TestRun) -> f64 {

@@ -271,13 +271,16 @@ fn delays_of_spool_and_velocity_are_separated() {
 // The noise of a differentiated displacement is as large as the velocity in parts of the sweep.
 #[test]
 fn a_noisy_derivative_is_followed() {
-    for seed in 1..5 {
-        let changes = [noise(seed), vec![set("controller.velocity_source", "derivative")]].concat();
-        for (amplitude, curve) in
-            [2200.0, 8900.0].into_iter().flat_map(|force| EITHER.map(|curve| (force, curve)))
-        {
-            let (least, largest) = ratio(&run(&correcting(curve, &changes), &sweep(amplitude)), 0.5, 9.5);
-            let what = format!("derivative, {amplitude} N, seed {seed}, {}", flow(curve));
+    let cases: Vec<_> = (1..5).flat_map(|seed| EITHER.map(|curve| (seed, curve))).collect();
+    let derived = |(seed, curve): &(i64, bool)| {
+        let source = vec![set("controller.velocity_source", "derivative")];
+        correcting(*curve, &[noise(*seed), source].concat())
+    };
+    let rigs: Vec<_> = cases.iter().map(derived).collect();
+    for amplitude in [2200.0, 8900.0] {
+        for ((seed, curve), run) in cases.iter().zip(runs(&rigs, &sweep(amplitude))) {
+            let (least, largest) = ratio(&run, 0.5, 9.5);
+            let what = format!("derivative, {amplitude} N, seed {seed}, {}", flow(*curve));
             keep(&what, &[("least", least), ("largest", largest)]);
             assert_within(&what, (least, largest), 0.93, 1.05);
         }

@@ -22,9 +22,12 @@ fn a_failed_sensor_hardly_changes_the_estimates() {
         ("spool", &["lost", "zero", "stuck", "sign"], 0.5),
         ("force", &["lost", "zero", "stuck"], 0.2),
     ] {
-        for (kind, curve) in kinds.iter().flat_map(|kind| EITHER.map(|curve| (kind, curve))) {
-            let changes = [fault(signal, kind, 12.0, duration), noise(8)].concat();
-            let run = run(&correcting(curve, &changes), &sweep(2200.0));
+        let cases: Vec<_> = kinds.iter().flat_map(|kind| EITHER.map(|curve| (kind, curve))).collect();
+        let failing = |(kind, curve): &(&&str, bool)| {
+            correcting(*curve, &[fault(signal, kind, 12.0, duration), noise(8)].concat())
+        };
+        let rigs: Vec<_> = cases.iter().map(failing).collect();
+        for ((kind, curve), run) in cases.into_iter().zip(runs(&rigs, &sweep(2200.0))) {
             let (start, end) = (12 * 4096, if signal == "force" { run.force.len() } else { 14 * 4096 });
             let (gain, delay) = (run.flow_gain_estimate().samples(), run.response_delay_estimate().samples());
             let moved = |trace: &[f64]| moved(trace, trace[start], start..end);
@@ -52,27 +55,25 @@ fn a_failed_sensor_hardly_changes_the_estimates() {
 // At and near resonance, where a wrong flow gain causes the largest error.
 #[test]
 fn the_estimates_recover_from_a_short_fault() {
-    for signal in ["velocity", "spool", "force"] {
-        for kind in ["lost", "zero", "stuck", "sign"] {
-            for (amplitude, start, duration) in
-                [(2200.0, 4.7, 0.5), (2200.0, 5.1, 0.5), (8900.0, 5.3, 0.5), (8900.0, 6.0, 0.05)]
-            {
-                let changes = fault(signal, kind, start, duration);
-                let run = run(&adaptive(&changes), &sweep_until(amplitude, start + 8.0));
-                let at = |seconds: f64| (seconds * RATE) as usize;
-                let (before, settled, end) = (at(start), at(start + 3.0), run.force.len());
-                let moved = |trace: &[f64]| moved(trace, trace[before], settled..end);
-                let (gain, delay) = (
-                    moved(&run.flow_gain_estimate().samples()),
-                    moved(&run.response_delay_estimate().samples()),
-                );
-                let what = format!("{signal} {kind}, {amplitude} N, {start} s, {duration} s");
-                keep(&what, &[("gain", gain), ("delay", delay)]);
-                // Without its sensor the force is not controlled, and it oscillates for some time afterwards.
-                let (most_gain, most_delay) = if signal == "force" { (0.02, 2e-3) } else { (0.01, 5e-4) };
-                assert!(gain < most_gain, "{what}: gain {gain}");
-                assert!(delay < most_delay, "{what}: delay {delay}");
-            }
+    let signals = ["velocity", "spool", "force"];
+    let faults = signals.map(|signal| ["lost", "zero", "stuck", "sign"].map(|kind| (signal, kind))).concat();
+    for (amplitude, start, duration) in
+        [(2200.0, 4.7, 0.5), (2200.0, 5.1, 0.5), (8900.0, 5.3, 0.5), (8900.0, 6.0, 0.05)]
+    {
+        let failing = |(signal, kind): &(&str, &str)| adaptive(&fault(signal, kind, start, duration));
+        let rigs: Vec<_> = faults.iter().map(failing).collect();
+        for ((signal, kind), run) in faults.iter().zip(runs(&rigs, &sweep_until(amplitude, start + 8.0))) {
+            let at = |seconds: f64| (seconds * RATE) as usize;
+            let (before, settled, end) = (at(start), at(start + 3.0), run.force.len());
+            let moved = |trace: &[f64]| moved(trace, trace[before], settled..end);
+            let (gain, delay) =
+                (moved(&run.flow_gain_estimate().samples()), moved(&run.response_delay_estimate().samples()));
+            let what = format!("{signal} {kind}, {amplitude} N, {start} s, {duration} s");
+            keep(&what, &[("gain", gain), ("delay", delay)]);
+            // Without its sensor the force is not controlled, and it oscillates for some time afterwards.
+            let (most_gain, most_delay) = if *signal == "force" { (0.02, 2e-3) } else { (0.01, 5e-4) };
+            assert!(gain < most_gain, "{what}: gain {gain}");
+            assert!(delay < most_delay, "{what}: delay {delay}");
         }
     }
 }
