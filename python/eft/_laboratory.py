@@ -124,7 +124,8 @@ def identify(
         behind the overlap.
     flow : sequence of path-like
         ``spool`` and ``displacement`` of an actuator without load, one file per run (Fig. 4b): gives
-        ``servovalve.flow_table`` and ``compensation.flow_gain``.
+        ``servovalve.flow_table`` and ``compensation.flow_gain``. The curve contains unequal areas, so
+        ``actuator.area_ratio`` becomes 1.
     release : path-like, optional
         ``displacement`` of a free vibration; the part after `released_at` (s) is used. It gives
         ``structure.damping``.
@@ -196,6 +197,7 @@ def identify(
         rig = rig.replace(
             {
                 "servovalve.flow_table": found["flow_curve"],
+                "actuator.area_ratio": 1.0,
                 "compensation.flow_gain": float(found["flow_gain"]),
             }
         )

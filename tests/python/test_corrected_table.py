@@ -46,6 +46,23 @@ def test_the_found_table_is_saved_with_the_run(run, tmp_path):
     assert np.array_equal(again.found_flows, run.found_flows)
 
 
+def test_unequal_areas_are_compensated_and_not_part_of_the_table():
+    """With a known ratio the fixed scheme meets the force, and the learner finds the valve's curve alone."""
+    loop = {"controller.force_loop": "robust", "compensation.look_ahead": True}
+    rig = RIG.replace({**loop, "servovalve.true_flow_table": None, "actuator.area_ratio": 1.3})
+    command = eft.sine_sweep(8900.0, 0.0, 10.0, 16.0, 4096.0)
+    fixed = eft.simulate(rig.replace({"compensation.adaptive": False}), command)
+    ratio = fixed.fft_ratio(0.5, 9.5).ratio
+    assert fixed.metrics()["nrmse"] < 0.015 and ratio.min() > 0.98 and ratio.max() < 1.02
+    unknown = {"actuator.area_ratio": 1.0, "truth.actuator.area_ratio": 1.3, "compensation.adaptive": False}
+    assert eft.simulate(rig.replace(unknown), command).metrics()["nrmse"] > 0.1
+    learned = eft.simulate(rig.replace({"servovalve.flow_gain_scale": 1.05}), command)
+    visited = (np.abs(OPENINGS) > 0.05) & (np.abs(OPENINGS) <= 0.9 * np.abs(learned.spool).max())
+    assert learned.found_flows[visited] == pytest.approx(1.05 * FLOWS[visited], rel=0.01)
+    corrected = learned.corrected_rig().replace({"compensation.adaptive": False})
+    assert eft.simulate(corrected, command).metrics()["nrmse"] < 0.02
+
+
 def test_the_linear_scheme_finds_no_table():
     short = eft.sine_sweep(1000.0, 0.0, 10.0, 1.0, 1024.0)
     linear = eft.Rig.zhao2005().replace({"compensation.mode": "linear"})

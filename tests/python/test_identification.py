@@ -259,6 +259,7 @@ def test_a_rig_is_identified_from_the_files_of_a_laboratory(laboratory):
             "compensation.response_delay": 2e-3,
             "compensation.flow_gain": 0.03,
             "servovalve.flow_table": {"openings": [-1.0, 0.0, 1.0], "flows": [-0.01, 0.0, 0.01]},
+            "actuator.area_ratio": 1.3,
             "structure.damping": 1.0,
         }
     )
@@ -278,6 +279,8 @@ def test_a_rig_is_identified_from_the_files_of_a_laboratory(laboratory):
     assert rig["compensation.flow_gain"] == float(found.flow_gain)
     assert rig["structure.damping"] == pytest.approx(RIG["structure.damping"], rel=0.02)
     truth = np.array(RIG["servovalve.flow_table"]["flows"])
+    # A measured curve contains the ratio of the areas.
+    assert rig["actuator.area_ratio"] == 1.0
     error = abs(np.array(rig["servovalve.flow_table"]["flows"]) - truth) / truth[-1]
     assert error[found.flow_curve.measured].max() < 0.01
 

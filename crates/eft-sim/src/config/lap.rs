@@ -1,7 +1,7 @@
-//! The flow curve that a controller inverts for a spool with underlap.
+//! The flow curve that a controller inverts for a piston with unequal areas and a spool with underlap.
 //!
-//! With an underlap `u` the valve passes `f(max(x + u, 0)) + f(min(x − u, 0))` at no load, which is continuous and is
-//! inverted exactly. An overlap is a parameter of the controller of its own.
+//! Unequal areas scale the flow of each direction. With an underlap `u` the valve passes `f(max(x + u, 0)) + f(min(x − u, 0))`
+//! at no load, which is continuous and is inverted exactly. An overlap is a parameter of the controller of its own.
 
 use super::{FlowCurve, RigConfig};
 use crate::error::{Error, Result};
@@ -27,6 +27,13 @@ impl FlowCurve {
         Self { flows: openings.iter().map(|x| flow(*x)).collect(), openings }
     }
 
+    /// The curve with factors (1) on the flows of a pulling and a pushing piston.
+    fn scaled(&self, [pulling, pushing]: [f64; 2]) -> Self {
+        let factor = |flow: f64| if flow < 0.0 { pushing } else { pulling };
+        let flows = self.flows.iter().map(|flow| factor(*flow) * flow).collect();
+        Self { openings: self.openings.clone(), flows }
+    }
+
     /// Flow (m³/s) at an opening (1), constant beyond the ends.
     fn at(&self, opening: f64) -> f64 {
         interpolated(&self.openings, &self.flows, opening)
@@ -34,27 +41,32 @@ impl FlowCurve {
 }
 
 impl RigConfig {
-    /// The flow curve that the controller of this rig inverts: the flow table with the configured underlap.
+    /// The flow curve that the controller of this rig inverts: the flow table with the configured areas and underlap.
     pub(crate) fn controller_curve(&self) -> &FlowCurve {
-        self.underlapped.as_ref().unwrap_or(&self.servovalve.flow_table)
+        self.inverted.as_ref().unwrap_or(&self.servovalve.flow_table)
     }
 
-    /// Computes the controller's curve if an underlap is configured.
+    /// The flow table (m³/s) with the configured areas of the piston.
+    fn of_the_piston(&self) -> FlowCurve {
+        self.values.servovalve.flow_table.scaled(self.values.actuator.flow_factors())
+    }
+
+    /// Computes the controller's curve if the areas are unequal or an underlap is configured.
     ///
     /// # Errors
     /// The table has no room for the points of the underlap.
-    pub(super) fn underlap(&mut self) -> Result<()> {
-        let valve = &self.values.servovalve;
-        if valve.overlap >= 0.0 {
-            return Ok(());
+    pub(super) fn set_controller_curve(&mut self) -> Result<()> {
+        let underlap = (-self.values.servovalve.overlap).max(0.0);
+        let mut curve = self.of_the_piston();
+        if underlap > 0.0 {
+            curve = curve.underlapped(underlap);
         }
-        let curve = valve.flow_table.underlapped(-valve.overlap);
         if curve.openings.len() > TABLE_CAPACITY {
-            let points = format!("{} values", valve.flow_table.openings.len());
+            let points = format!("{} values", self.values.servovalve.flow_table.openings.len());
             let allowed = format!("must have at most {} values with an underlap", TABLE_CAPACITY - 1);
             return Err(Error::value("servovalve.flow_table.openings", points, allowed));
         }
-        self.underlapped = Some(curve);
+        self.inverted = (curve != self.values.servovalve.flow_table).then_some(curve);
         Ok(())
     }
 
@@ -63,16 +75,16 @@ impl RigConfig {
         if opening == 0.0 { 0.0 } else { opening + self.servovalve.overlap.max(0.0).copysign(opening) }
     }
 
-    /// Learned no-load flows (m³/s) at the openings of the flow table, for a controller that knows the lap. `found`
-    /// returns them at openings of the spool.
+    /// Learned no-load flows (m³/s) at the openings of the flow table, for a controller that knows the areas and the lap.
+    /// `found` returns them at openings of the spool.
     pub fn found_flows(&self, found: impl FnOnce(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
         let table = &self.servovalve.flow_table;
-        let Some(curve) = &self.underlapped else {
+        let Some(curve) = &self.inverted else {
             return found(&table.openings.iter().map(|x| self.over_lap(*x)).collect::<Vec<_>>());
         };
         let opening = |flow: &f64| interpolated(&curve.flows, &curve.openings, *flow);
-        let openings: Vec<f64> = table.flows.iter().map(opening).collect();
-        let flows = found(&openings)?;
+        let openings: Vec<f64> = self.of_the_piston().flows.iter().map(opening).collect();
+        let flows = found(&openings.iter().map(|x| self.over_lap(*x)).collect::<Vec<_>>())?;
         // Beyond the curve's ends the last ratio continues.
         let ratio = |(found, opening): (f64, &f64)| found / curve.at(*opening);
         let ratios = flows.into_iter().zip(&openings).map(ratio);
@@ -118,10 +130,15 @@ mod tests {
         RigConfig::zhao2005().with(|rig| rig.servovalve.overlap = overlap).unwrap()
     }
 
-    /// No-load flow of the true valve.
+    /// No-load flow of the true valve, for equal areas.
     fn passed(rig: &RigConfig, x: f64) -> f64 {
         let (o, f) = (rig.servovalve.overlap, &rig.servovalve.flow_table);
         if o > 0.0 { f.at(x - x.clamp(-o, o)) } else { f.at((x - o).max(0.0)) + f.at((x + o).min(0.0)) }
+    }
+
+    /// The rig with a piston whose pushing side has 1.4 times the area.
+    fn pushing_more(rig: &RigConfig) -> RigConfig {
+        rig.with(|rig| rig.actuator.area_ratio = 1.4).unwrap()
     }
 
     #[test]
@@ -131,6 +148,21 @@ mod tests {
             let curve = rig.controller_curve();
             for x in OPENINGS {
                 let error = (curve.at(x) - passed(&rig, x)).abs();
+                assert!(error < 1e-15, "{overlap} {x}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_controller_has_the_no_load_flow_of_unequal_areas() {
+        // Two lands in series: the flow out of one side is 1.4 times the flow into the other.
+        let (pulling, pushing) = ((2.0_f64 / 3.744).sqrt(), (2.8_f64 / 3.744).sqrt());
+        for overlap in [0.0, -0.02] {
+            let rig = with_overlap(overlap);
+            let curve = pushing_more(&rig).controller_curve().clone();
+            for x in [-0.7, -0.05, 0.05, 0.4] {
+                let factor = if x < 0.0 { pushing } else { pulling };
+                let error = (curve.at(x) - factor * passed(&rig, x)).abs();
                 assert!(error < 1e-15, "{overlap} {x}: {error}");
             }
         }
@@ -170,14 +202,21 @@ mod tests {
     }
 
     #[test]
-    fn found_flows_exclude_the_lap() {
-        for overlap in [0.0, 2e-3, 0.05, -2e-3] {
-            let rig = with_overlap(overlap);
-            let table = &rig.servovalve.flow_table;
+    fn found_flows_exclude_the_lap_and_the_areas() {
+        for (overlap, unequal) in
+            [(0.0, false), (2e-3, false), (0.05, false), (-2e-3, false), (0.0, true), (2e-3, true)]
+        {
+            let plain = with_overlap(overlap);
+            let rig = if unequal { pushing_more(&plain) } else { plain };
+            let [pulling, pushing] = rig.actuator.flow_factors();
             // A valve that passes 5 % more.
-            let found = rig.found_flows(|x| Some(x.iter().map(|x| 1.05 * passed(&rig, *x)).collect()));
-            for (found, flow) in found.unwrap().iter().zip(&table.flows) {
-                assert!((found - 1.05 * flow).abs() <= 1e-12 * flow.abs(), "{overlap}: {found} {flow}");
+            let passed = |x: &f64| 1.05 * passed(&rig, *x) * if *x < 0.0 { pushing } else { pulling };
+            let found = rig.found_flows(|x| Some(x.iter().map(passed).collect()));
+            for (found, flow) in found.unwrap().iter().zip(&rig.servovalve.flow_table.flows) {
+                assert!(
+                    (found - 1.05 * flow).abs() <= 1e-12 * flow.abs(),
+                    "{overlap} {unequal}: {found} {flow}"
+                );
             }
         }
     }

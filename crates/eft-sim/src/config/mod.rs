@@ -51,8 +51,8 @@ pub struct RigConfig {
     values: RigValues,
     /// The configured gains that a designed force loop replaces.
     given: Option<GivenForceLoop>,
-    /// The flow curve behind the underlap that the controller knows.
-    underlapped: Option<FlowCurve>,
+    /// The flow curve of the areas and the underlap that the controller knows, where it is not the flow table.
+    inverted: Option<FlowCurve>,
     truth: Option<Box<Truth>>,
 }
 
@@ -186,8 +186,8 @@ impl RigConfig {
         // Names, types and ranges are already checked. This fails only if KEYS and the structs disagree.
         let values = RigValues::read(Some(&toml::Value::Table(complete)))
             .ok_or_else(|| Error::Toml("a field has no key".into()))?;
-        let mut rig = Self { values, given: None, underlapped: None, truth };
-        rig.underlap()?;
+        let mut rig = Self { values, given: None, inverted: None, truth };
+        rig.set_controller_curve()?;
         Ok(rig)
     }
 

@@ -42,9 +42,9 @@ impl FlowGain {
         let plant = rig.plant();
         let valve = &plant.servovalve;
         let table = of(rig.servovalve.flow_table.slopes()?);
-        // Within an underlap that the controller knows its inverse is as much flatter as the valve is steeper. What an
-        // overlap does near null no linear model has.
-        let known = if rig.servovalve.overlap < 0.0 { of(rig.controller_curve().slopes()?) } else { table };
+        // Areas and an underlap that the controller knows change its inverse as they change the valve. What an overlap does
+        // near null no linear model has.
+        let known = of(rig.controller_curve().slopes()?);
         let slope = if self == Self::Nominal { nominal * (known / table) } else { known };
         let rest = plant.at_rest(valve.true_curve())?;
         let true_over_known = of((rest.shallower, rest.steeper)) / known;

@@ -7,7 +7,7 @@ use crate::config::{KEYS, Key, Kind};
 use super::*;
 
 /// Keys, or prefixes of keys, of the plant only; no export may depend on them.
-const OF_THE_PLANT: [&str; 20] = [
+const OF_THE_PLANT: [&str; 19] = [
     // The limits of the verdict do not affect the controller either.
     "verdict.",
     "actuator.stroke",
@@ -24,7 +24,6 @@ const OF_THE_PLANT: [&str; 20] = [
     "servovalve.true_flow_table.",
     "servovalve.null_bias",
     "servovalve.torque_motor_",
-    "actuator.area_ratio",
     // Its share of the compressibility affects the controller only if `sensors.motion_at` is "structure".
     "actuator.attachment_",
     "servovalve.leakage.",
