@@ -190,11 +190,13 @@ fn scheme(rig: &RigConfig, demands: &[Demand], pressure: f64) -> Result<Mode> {
 fn smallest_sample_rate(rig: &RigConfig) -> Result<Option<f64>> {
     let rates: Vec<f64> = (0..=36).map(|i| 200.0 * 2.0_f64.powf(f64::from(i) / 6.0)).collect();
     let surplus = |rate: f64| -> Result<f64> {
-        let growth = linearize(rig, FlowGain::Steeper, Time::Sampled(rate))?.growth_rate()?;
+        // A designed force loop may not exist at another rate than the rig's own.
+        let Ok(rig) = rig.at_rate(rate) else { return Ok(f64::NEG_INFINITY) };
+        let growth = linearize(&rig, FlowGain::Steeper, Time::Sampled(rate))?.growth_rate()?;
         if growth > 0.0 {
             return Ok(f64::NEG_INFINITY);
         }
-        Ok(stability_margin(rig, FlowGain::Steeper, Time::Sampled(rate))? - 1.0)
+        Ok(stability_margin(&rig, FlowGain::Steeper, Time::Sampled(rate))? - 1.0)
     };
     let highest = surplus(rates[rates.len() - 1])?;
     let mut smallest = None;
@@ -244,5 +246,14 @@ mod tests {
         let answer = check_feasibility(&rig, &[sweep(100.0)]).unwrap();
         assert_eq!((answer.margin, answer.smallest_sample_rate), (None, None));
         assert_eq!(answer.scheme, Mode::Linear, "a sweep of 100 N stays in the linear range");
+    }
+
+    #[test]
+    fn a_rate_without_a_designed_loop_ends_the_search_for_the_smallest() {
+        // At the lowest rates with half of the margin this leakage leaves no designed loop.
+        let rig = RigConfig::zhao2005()
+            .replace(&[("controller.force_loop", "robust".into()), ("actuator.leakage", 5.2e-11.into())]);
+        let answer = check_feasibility(&rig.unwrap(), &[sweep(2000.0)]).unwrap();
+        assert!((200.0..4096.0).contains(&answer.smallest_sample_rate.unwrap()), "{answer:?}");
     }
 }

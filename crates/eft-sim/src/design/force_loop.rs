@@ -104,29 +104,75 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     let corners = corners(plant, &DEVIATIONS);
     // The spool's response delay at low frequencies (s).
     let scale = plant.spool_volume / (plant.pilot_flow_gain * plant.spool_voltage);
+    // A longer integral time comes before a higher peak.
+    let (mut others, mut most) = (Vec::new(), None);
     for integral_time in INTEGRAL_TIMES {
-        let mut best: Option<(f64, Gains)> = None;
-        for step in 0..TIME_STEPS {
-            let time = 0.1 * scale * libm::pow(30.0, step as f64 / (TIME_STEPS - 1) as f64);
-            if let Some(gains) = largest(&corners, time, integral_time * scale).map_err(no_poles)? {
-                let peak = nominal.peak_sensitivity(gains);
-                if best.as_ref().is_none_or(|(least, _)| peak < *least) {
-                    best = Some((peak, gains));
-                }
-            }
+        let mut tried = damped_gains(&nominal, &corners, scale, integral_time * scale).map_err(no_poles)?;
+        tried.sort_by(|(peak, _), (other, _)| peak.total_cmp(other));
+        let mut tried = tried.into_iter().map(|(_, gains)| gains);
+        let best = tried.next().map(|gains| useful(gains, &nominal, plant, &mut most));
+        if let Some(designed) = best.transpose()?.flatten() {
+            return Ok(designed);
         }
-        let Some((_, gains)) = best else { continue };
-        let designed = ForceLoop::new(gains, &nominal);
-        let margins = designed.margins().map_err(no_poles)?;
-        let static_gain = designed.proportional_gain * plant.static_gain();
-        let robust = margins.damping >= NOMINAL_DAMPING && margins.gain >= NOMINAL_GAIN_MARGIN;
-        if robust && static_gain >= LEAST_STATIC_GAIN {
+        others.extend(tried);
+    }
+    for gains in others {
+        if let Some(designed) = useful(gains, &nominal, plant, &mut most)? {
             return Ok(designed);
         }
     }
-    let allowed = "no gains of use keep the oil column of every rig nearby damped; \
-        raise controller.sample_rate, or take \"pd\"";
-    Err(Error::value("controller.force_loop", "\"robust\"", allowed))
+    Err(refusal(most))
+}
+
+/// The largest gains for each `T_D` that keep every corner damped with an integral time (s), each with the peak of the
+/// sensitivity.
+fn damped_gains(
+    nominal: &Sampled,
+    corners: &[Sampled],
+    scale: f64,
+    integral_time: f64,
+) -> Result<Vec<(f64, Gains)>> {
+    let mut tried = Vec::new();
+    for step in 0..TIME_STEPS {
+        let time = 0.1 * scale * libm::pow(30.0, step as f64 / (TIME_STEPS - 1) as f64);
+        if let Some(gains) = largest(corners, time, integral_time)? {
+            tried.push((nominal.peak_sensitivity(gains), gains));
+        }
+    }
+    Ok(tried)
+}
+
+/// The loop with these gains if the rig itself has its margins and the loop its static gain. `most` becomes the largest
+/// static gain of a loop with the margins.
+fn useful(
+    gains: Gains,
+    nominal: &Sampled,
+    plant: &HeldPiston,
+    most: &mut Option<f64>,
+) -> Result<Option<ForceLoop>> {
+    let designed = ForceLoop::new(gains, nominal);
+    let margins = designed.margins().map_err(no_poles)?;
+    if margins.damping < NOMINAL_DAMPING || margins.gain < NOMINAL_GAIN_MARGIN {
+        return Ok(None);
+    }
+    let static_gain = gains.proportional * plant.static_gain();
+    *most = Some(most.map_or(static_gain, |most: f64| most.max(static_gain)));
+    Ok((static_gain >= LEAST_STATIC_GAIN).then_some(designed))
+}
+
+/// The refusal of a rig, by the largest static gain (1) of a loop with the margins.
+fn refusal(most: Option<f64>) -> Error {
+    let missing = most.map_or_else(
+        || "none leave the rig itself its damping and gain margin".to_owned(),
+        |most| {
+            format!("those that do leave a static loop gain of {most:.1}, and {LEAST_STATIC_GAIN} is needed")
+        },
+    );
+    let allowed = format!(
+        "no gains of use keep the oil column of every rig nearby damped: {missing}; \
+        take a faster valve or load cell, a higher controller.sample_rate, less delay or leakage, or \"pd\""
+    );
+    Error::value("controller.force_loop", "\"robust\"", allowed)
 }
 
 /// Whether the oil column of every corner has at least this damping ratio (1).

@@ -140,6 +140,33 @@ fn a_soft_spring_gets_a_longer_integral_time() {
 }
 
 #[test]
+fn another_ratio_is_taken_where_that_of_the_lowest_peak_lacks_a_margin() {
+    // A valve half as fast and stiffer oil at 1,024 Hz: the ratio of the lowest peak leaves too small a static gain.
+    let zhao = zhao2005();
+    let slow = HeldPiston {
+        pilot_flow_gain: 0.5 * zhao.pilot_flow_gain,
+        pilot_time_constant: 2.0 * zhao.pilot_time_constant,
+        compressibility: 0.7 * zhao.compressibility,
+        sample_rate: 1024.0,
+        ..zhao
+    };
+    let designed = search(&slow).unwrap();
+    let margins = designed.margins().unwrap();
+    assert!(margins.damping >= NOMINAL_DAMPING && margins.gain >= NOMINAL_GAIN_MARGIN, "{margins:?}");
+    assert!(designed.proportional_gain * slow.static_gain() >= LEAST_STATIC_GAIN);
+    assert!(damped(&corners(&slow, &DEVIATIONS), designed.gains(), LEAST_DAMPING).unwrap());
+}
+
+#[test]
+fn a_refusal_says_what_is_missing() {
+    let refused = |plant: HeldPiston| search(&plant).unwrap_err().to_string();
+    let leaking = refused(HeldPiston { leakage: 20.0 * 1.3e-11, ..zhao2005() });
+    assert!(leaking.contains("a static loop gain of 3.8") && leaking.contains("5 is needed"), "{leaking}");
+    let slow = refused(HeldPiston { torque_motor: Some((60.0, 0.7)), ..zhao2005() });
+    assert!(slow.contains("none leave the rig itself"), "{slow}");
+}
+
+#[test]
 fn a_loop_that_is_sampled_too_slowly_is_refused() {
     let error = search(&HeldPiston { sample_rate: 40.0, ..zhao2005() }).unwrap_err().to_string();
     assert!(error.starts_with("controller.force_loop = \"robust\": no gains of use"), "{error}");
