@@ -135,6 +135,23 @@ def test_a_missing_controller_is_an_error_of_one_sentence(asked, says, capsys):
     assert capsys.readouterr().err.startswith("eft benchmark: controller = ")
 
 
+def test_controllers_are_distinguished_by_their_names():
+    """The same class twice is one controller; another class of the same name is refused, and so is none."""
+    again = type("Unstable", (Nan,), {})
+    assert len(eft.benchmark.run(["pd", "pd"], on=NOMINAL, under=SWEEP).rows) == 1
+    with pytest.raises(ValueError, match=r"^controller = 'Unstable': two controllers have this name"):
+        eft.benchmark.run([Unstable, again], on=NOMINAL, under=SWEEP)
+    with pytest.raises(ValueError, match=r"^controllers = none: must be at least one"):
+        eft.benchmark.run([], on=NOMINAL, under=SWEEP)
+
+
+def test_a_controller_that_loses_every_test_has_no_numbers(mine, capsys):
+    (mine / "my_package.py").write_text("class Mine:\n    pass\n", encoding="utf-8")
+    assert main(["benchmark", "--short", "--controller", "my_package:Mine"]) == 0
+    out = capsys.readouterr().out
+    assert "10 of 10" in out and "nan" not in out
+
+
 def test_an_entry_point_is_found(monkeypatch):
     class Entry:
         @staticmethod

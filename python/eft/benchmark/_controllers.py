@@ -138,7 +138,15 @@ def _outside(name: str, make: object) -> Competitor:
 def field_of(competitors: Iterable[str | Competitor | Maker] | None) -> tuple[Competitor, ...]:
     """Return the requested competitors, each once; without a request all that ship."""
     asked = COMPETITORS.values() if competitors is None else [find(one) for one in competitors]
-    return tuple({one.name: one for one in asked}.values())
+    if not asked:
+        raise ValueError("controllers = none: must be at least one")
+    named: dict[str, Competitor] = {}
+    for one in asked:
+        if named.setdefault(one.name, one) != one:
+            raise ValueError(
+                f"controller = {one.name!r}: two controllers have this name, and it is that of their rows"
+            )
+    return tuple(named.values())
 
 
 def made(competitor: Competitor, rig: Rig, sample_rate: float) -> StepController:

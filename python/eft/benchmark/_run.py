@@ -81,7 +81,7 @@ def run(
     Raises
     ------
     ValueError
-        If a controller cannot be found.
+        If a controller cannot be found, none is given, or two different ones have the same name.
 
     Examples
     --------

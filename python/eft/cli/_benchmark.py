@@ -109,8 +109,8 @@ def _cells(one: eft.benchmark.Summary) -> tuple[str, ...]:
         _shown(one.peak_error),
         f"{one.within_band:.0%}",
         _shown(one.displacement_error),
-        f"{one.max_spool:.0%}",
-        f"{1e-3 * one.energy:.0f} kJ",
+        f"{one.max_spool:.0%}" if math.isfinite(one.max_spool) else "lost",
+        f"{1e-3 * one.energy:.0f} kJ" if math.isfinite(one.energy) else "lost",
         str(one.instructions or "–"),
     )
 
