@@ -127,6 +127,18 @@ def gain_and_delays(size: str, index: int) -> Iterator[Row]:
         yield size, name, index, value, kept[name], kept["deviations"][name]
 
 
+def gain_beside_curve(size: str, index: int) -> Iterator[Row]:
+    """Flow gain of the same valve with the curve correction, whose bands share its changes."""
+    rig, truth = draw(index, size)
+    run = test(
+        rig.replace(CURVE | true({"servovalve.flow_gain_scale": truth["flow_gain"]})), truth["amplitude"]
+    )
+    kept = run.calibration
+    assert kept is not None
+    name = "flow gain beside the curve"
+    yield size, name, index, truth["flow_gain"], kept["flow_gain"], kept["deviations"]["flow_gain"]
+
+
 def bent(rig: eft.Rig, truth: dict[str, float]) -> tuple[list[float], list[float]]:
     """Openings and flows of a valve whose curve differs from the table by direction and bend."""
     table = rig["servovalve.flow_table"]
@@ -175,7 +187,7 @@ def main(count: int) -> None:
     lines = ["size,estimate,rig,truth,found,deviation"]
     for size in RIGS:
         curve = nodes if size == "paper's rig" else lambda *_: ()
-        kinds = (gain_and_delays, curve, null)
+        kinds = (gain_and_delays, gain_beside_curve, curve, null)
         rows = (row for index in range(count) for kind in kinds for row in kind(size, index))
         for row in rows:
             of, name, rig, truth, found, deviation = row

@@ -194,6 +194,20 @@ def test_hold_prime_and_reset(case):
         assert controller.step(*sample, next_command=50.0) == fresh.step(*sample, next_command=50.0)
 
 
+def test_prime_keeps_the_calibration():
+    rig = DIGITAL.replace(ADAPTIVE | {"servovalve.flow_gain_scale": 1.05, "protection.enabled": False})
+    controller, plant = eft.Controller(rig), eft.Plant(rig)
+    for i in range(round(2 * RATE)):
+        now, wanted = plant.state, 5e3 * np.sin(10.0 * i / RATE)
+        signals = (wanted, now.velocity, now.force, now.spool)
+        plant.step(controller.step(*signals, next_command=wanted))
+    learned = controller.flow_gain_estimate
+    assert learned == pytest.approx(1.05, abs=0.01)
+    controller.prime(*signals)
+    controller.step(*signals, next_command=wanted)
+    assert controller.flow_gain_estimate == pytest.approx(learned, abs=1e-4)
+
+
 def test_a_controller_at_rest_can_be_sent_elsewhere():
     for kind in (eft.Compensator, eft.Controller):
         original = kind(DIGITAL.replace(ADAPTIVE), "f32", sample_rate=2048.0)

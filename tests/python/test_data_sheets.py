@@ -85,6 +85,28 @@ def test_one_side_of_a_curve_serves_both():
         eft.servovalve(1e-3, 7e6, 60.0, flow_curve=[(-1.0, -1.0), (1.0, 1.0)])
 
 
+def test_a_learned_curve_has_points_in_a_table_without_a_curve():
+    """The fixed scheme meets the force with the curve that the first test found."""
+    rig = eft.Rig.zhao2005().replace(eft.servovalve("120 gpm", "1000 psi", "60 Hz"))
+    openings, flows = (np.array(rig[f"servovalve.flow_table.{key}"]) for key in ("openings", "flows"))
+    bent = flows * (1.0 + 0.04 * np.sign(openings)) * (1.04 - 0.12 * np.abs(openings))
+    table = {"openings": openings.tolist(), "flows": bent.tolist()}
+    loop = {
+        "controller.force_loop": "robust",
+        "compensation.feedforward": True,
+        "compensation.look_ahead": True,
+    }
+    rig = rig.replace({**loop, "compensation.adaptive": True, "servovalve.true_flow_table": table})
+    command = eft.sine_sweep(8900.0, 0.0, 8.0, 24.0, 4096.0)
+    found = eft.simulate(rig, command)
+    visited = (np.abs(openings) > 0.05) & (np.abs(openings) < 0.9 * np.abs(found.spool).max())
+    assert visited.sum() > 3 and found.found_flows[visited] == pytest.approx(bent[visited], rel=0.02)
+    fixed = {"compensation.adaptive": False}
+    before = eft.simulate(rig.replace(fixed), command).metrics()["nrmse"]
+    after = eft.simulate(found.corrected_rig().replace(fixed), command).metrics()["nrmse"]
+    assert after < 0.5 * before, (before, after)
+
+
 def test_the_oil_column_has_its_stiffness():
     keys = eft.actuator("250 kN", "250 mm", supply_pressure="207 bar", bulk_modulus="1 GPa")
     area = 250e3 / 207e5

@@ -58,8 +58,8 @@ def servovalve(
     supply_pressure : float or str
         Pressure of the laboratory's supply, Pa.
     flow_curve : sequence of (float, float), optional
-        Opening and share of the flow at full opening, from the curve on the sheet; a straight line where
-        absent.
+        Opening and share of the flow at full opening, from the curve on the sheet; a straight line of 21
+        points where absent.
     overlap : float or str
         Overlap of the lands, a share of the stroke.
 
@@ -139,7 +139,8 @@ def _normalised_rise(damping: float) -> float:
 
 def _curve(given: Sequence[tuple[float, float]] | None) -> tuple[list[float], list[float]]:
     """Openings and shares of the full flow; a curve of one side is used for both."""
-    points = [(-1.0, -1.0), (0.0, 0.0), (1.0, 1.0)] if given is None else given
+    # A learned curve is found at the points of the table, so the straight line has as many as a measured curve.
+    points = [(n / 10, n / 10) for n in range(-10, 11)] if given is None else given
     pairs = sorted({(quantity("flow_curve", x, ""), quantity("flow_curve", q, "")) for x, q in points})
     if all(x >= 0.0 for x, _ in pairs):
         pairs = sorted({*pairs, (0.0, 0.0), *((-x, -q) for x, q in pairs if x > 0.0)})

@@ -9,6 +9,9 @@ macro_rules! python_methods {
 
             /// Return the last output again, in V, and leave the state unchanged.
             ///
+            /// The next `step` takes the change since the last one for that of one sample. For several samples call
+            /// `step` with a measurement that is NaN instead.
+            ///
             /// Returns
             /// -------
             /// float

@@ -166,7 +166,7 @@ python_methods!(Controller {
 
     /// Go to the steady state of this operating point, so that the next step has no bump.
     ///
-    /// The calibration is forgotten. The state of the protection is kept.
+    /// The calibration, the force loop's integral and the state of the protection are kept.
     ///
     /// Parameters
     /// ----------
