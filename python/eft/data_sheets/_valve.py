@@ -139,7 +139,7 @@ def _normalised_rise(damping: float) -> float:
 
 def _curve(given: Sequence[tuple[float, float]] | None) -> tuple[list[float], list[float]]:
     """Openings and shares of the full flow; a curve of one side is used for both."""
-    # A learned curve is found at the points of the table, so the straight line has as many as a measured curve.
+    # A learned curve has the points of the table, so the straight line has as many as a measured curve.
     points = [(n / 10, n / 10) for n in range(-10, 11)] if given is None else given
     pairs = sorted({(quantity("flow_curve", x, ""), quantity("flow_curve", q, "")) for x, q in points})
     if all(x >= 0.0 for x, _ in pairs):
