@@ -54,7 +54,12 @@ macro_rules! steps {
                 *outside = beyond;
                 value
             }
-            search(rows: &[Row<T>; N], x: T, out: &mut Row<T>) { *out = Row::search(rows, x); }
+            search(rows: &[Row<T>; N], x: T, out: &mut Row<T>) {
+                // A copy, because the argument's address would hide its name from the solver.
+                let at = x + 0.0;
+                let [start, value, slope] = Row::search(rows, &at);
+                *out = Row { start, value, slope };
+            }
             opening(
                 config: &InverseFlow<T, N>,
                 flow: T,
