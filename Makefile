@@ -75,6 +75,7 @@ lint-rust: $(VENV)/.made header
 	$(CARGO) clippy --locked --package eft-core --all-targets --features defmt,serde -- -D warnings
 	$(CARGO) fmt --check --manifest-path $(HEADER)/Cargo.toml
 	$(CARGO) clippy --locked --manifest-path $(HEADER)/Cargo.toml --target-dir target/header -- -D warnings
+	$(CARGO) clippy --locked --manifest-path proofs/Cargo.toml --target-dir target/proofs -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --workspace --no-deps --quiet
 	.ci/licences
 

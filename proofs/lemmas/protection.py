@@ -62,12 +62,17 @@ def watch_shows(v: Case) -> Formulas:
     }
 
 
+def preview_given(v: Case) -> Formulas:
+    # `Plausibility::brake` makes at most 40 % of a level.
+    return {**_given(v), "brake": abs(v.state.brake) <= LARGEST}
+
+
 def preview_shows(v: Case) -> Formulas:
     return {
-        "finite": abs(v.result) <= LARGEST,
-        "after a trip no further command is followed": is_set(v.state.tripped).implies(
-            abs(v.result) <= abs(v.state.command)
-        ),
+        "finite": abs(v.result) <= 2.0 * LARGEST,
+        "after a trip no further command is followed": (
+            is_set(v.state.tripped) & v.state.brake.within(0.0, 0.0)
+        ).implies(abs(v.result) <= abs(v.state.command)),
     }
 
 
@@ -76,6 +81,6 @@ LEMMAS = [
     Lemma("protection, ramps", "protection", _given, _shows, Twin(swap=("usub", "uadd"))),
     Lemma("protection, what the controller reports", "watch", _given, watch_shows,
           Twin(swap=("icmp ugt", "icmp ult"))),
-    Lemma("protection, preview", "preview", _given, preview_shows, Twin(without="last command"),
+    Lemma("protection, preview", "preview", preview_given, preview_shows, Twin(without="last command"),
           havoc=frozenset({"fmul"}), rules=(rules.never_grows,)),
 ]  # fmt: skip
