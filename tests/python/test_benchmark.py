@@ -136,7 +136,7 @@ def test_a_missing_controller_is_an_error_of_one_sentence(asked, says, capsys):
 
 
 def test_controllers_are_distinguished_by_their_names():
-    """The same class twice is one controller; another class of the same name is refused, and so is none."""
+    """The same class twice is one controller. Another class of the same name, or no class, is refused."""
     again = type("Unstable", (Nan,), {})
     assert len(eft.benchmark.run(["pd", "pd"], on=NOMINAL, under=SWEEP).rows) == 1
     with pytest.raises(ValueError, match=r"^controller = 'Unstable': two controllers have this name"):
