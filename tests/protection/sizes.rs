@@ -155,8 +155,7 @@ fn with_a_wrong_flow_gain_the_displacement_is_still_the_one_that_is_named() {
 #[test]
 fn a_velocity_of_wrong_sign_just_before_a_reversal_stays_within_the_limits() {
     let [_, _, small, large] = &mut benches();
-    // On the small rig the flow blames the force at one of these moments, and the open loop locks it in.
-    for (bench, reversal, most) in [(small, 0..8, 1.9), (large, 24..34, 1.75)] {
+    for (bench, reversal) in [(small, 0..8), (large, 24..34)] {
         bench.lasts = LATER + 1.2;
         for kind in ["sign", "zero"] {
             let starts = moments(bench, reversal.clone());
@@ -168,7 +167,7 @@ fn a_velocity_of_wrong_sign_just_before_a_reversal_stays_within_the_limits() {
             for (start, run) in starts.into_iter().zip(runs(&rigs, &bench.command())) {
                 let s = seen(&run, start);
                 worst = worst.max(s.force / bench.force_trip);
-                assert!(worst < most, "{}: {kind} at {start}: {worst}", bench.name);
+                assert!(worst < 1.75, "{}: {kind} at {start}: {worst}", bench.name);
             }
             let what = format!("{}: velocity {kind} before a reversal", bench.name);
             keep(&what, &[("force over its level", worst)]);

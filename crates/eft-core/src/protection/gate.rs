@@ -28,8 +28,10 @@ pub(crate) struct SensorGate<T> {
     pub(crate) chance: T,
     /// Coefficient (1) of the average of a slope.
     pub(crate) share: T,
+    /// Number of readings that must return to their prediction after several that jumped.
+    pub(crate) returns: u32,
 }
-integrity!(SensorGate<T>: jump, friction, reversing, still, forgetting, chance, share);
+integrity!(SensorGate<T>: jump, friction, reversing, still, forgetting, chance, share, returns);
 
 /// The gate's state of one signal. `default()` is that before the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -41,6 +43,8 @@ pub(crate) struct Signal<T> {
     slope: T,
     /// Samples in a row that were not accepted.
     pub(crate) lost: u32,
+    /// Readings in a row that agreed with their prediction after several lost ones.
+    returned: u32,
     /// Times in a row that the reading repeated itself to the last bit.
     pub(crate) repeats: u32,
     /// Liveliness: share of the readings that were off the line of the two earlier ones, as noise is.
@@ -53,7 +57,7 @@ pub(crate) struct Signal<T> {
     pub(crate) jumped: bool,
     seen: bool,
 }
-integrity!(Signal<T>: last, slope, lost, repeats, liveliness, likelihood, step, jumped, seen);
+integrity!(Signal<T>: last, slope, lost, returned, repeats, liveliness, likelihood, step, jumped, seen);
 
 impl<T: Real> Signal<T> {
     /// Change per sample, low-passed.
@@ -71,13 +75,16 @@ impl<T: Real> Signal<T> {
 
 impl<T: Real> SensorGate<T> {
     /// One reading of a signal: the reading, or NaN if it is not accepted.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn pass(&self, signal: &mut Signal<T>, jump: T, still: T, reading: T) -> T {
         let number = reading.abs() <= T::splat(f32::MAX as f64);
         let foreseen = signal.last + signal.slope * T::from_u32(signal.lost + 1);
-        if !(number && (!signal.seen || (reading - foreseen).abs() <= jump)) {
+        let agrees = number && (!signal.seen || (reading - foreseen).abs() <= jump);
+        if !agrees {
+            (signal.jumped, signal.returned) = (number, 0);
+        }
+        if !agrees || signal.lost >= SEVERAL && self.must_return(signal) {
             signal.lost = if signal.lost < MOST { signal.lost + 1 } else { MOST };
-            signal.jumped = number;
             return T::splat(f64::NAN);
         }
         if signal.lost == 0 && signal.seen {
@@ -89,6 +96,14 @@ impl<T: Real> SensorGate<T> {
         signal.repeats = if signal.seen && reading == signal.last { repeats } else { 0 };
         (signal.last, signal.lost, signal.seen) = (reading, 0, true);
         reading
+    }
+
+    /// Whether a reading that agrees with its prediction is not accepted yet. Near a reversal one of the wrong sign agrees as
+    /// well.
+    #[cold]
+    fn must_return(&self, signal: &mut Signal<T>) -> bool {
+        signal.returned = signal.returned.saturating_add(1);
+        signal.jumped && signal.returned <= self.returns
     }
 
     /// The probability that a working sensor was as still as this one in its latest readings.
@@ -132,5 +147,7 @@ const ALIVE: f64 = 0.75;
 const LEAST: f64 = 0.13;
 const MARGIN: f64 = 1.6;
 
+/// Number of readings in a row whose jump is no single outlier.
+const SEVERAL: u32 = 3;
 /// Upper limit of the counts.
 const MOST: u32 = 1 << 20;

@@ -208,6 +208,7 @@ macro_rules! constructor {
                         forgetting: share(1.0, rate) as $t,
                         chance: exponential(-readings) as $t,
                         share: share(60.0, rate) as $t,
+                        returns: protection.lost_samples / 2 + 1,
                     },
                     derivative,
                     lost_samples: protection.lost_samples,

@@ -11,6 +11,7 @@ fn gate() -> SensorGate<f64> {
         forgetting: 1e-2,
         chance: 1e-10,
         share: 0.1,
+        returns: 6,
     }
 }
 
@@ -32,6 +33,28 @@ fn a_spike_is_lost_and_a_step_stays_lost() {
         assert!(pass(-150.0).is_nan());
     }
     assert_eq!((signal.lost, signal.jumped), (20, true));
+}
+
+/// Of a ramp that crosses zero at reading 100, with the wrong sign within `wrong`: the first refused reading, the number of
+/// refused ones, and of those in a row at the end.
+fn refused(wrong: core::ops::Range<i32>) -> (Option<i32>, usize, u32) {
+    let (gate, mut signal) = (gate(), Signal::default());
+    let mut refuses = |n: i32| {
+        let reading = 0.2 * f64::from(n - 100);
+        gate.pass(&mut signal, 1.0, 0.0, if wrong.contains(&n) { -reading } else { reading }).is_nan()
+    };
+    let first = (0..120).find(|&n| refuses(n));
+    let further = first.map_or(0, |first| (first + 1..120).filter(|&n| refuses(n)).count());
+    (first, usize::from(first.is_some()) + further, signal.lost)
+}
+
+#[test]
+fn several_readings_that_jumped_must_return_for_longer_than_a_reversal_lasts() {
+    // Two outliers are only held. Three are followed by as many held readings as must return.
+    assert_eq!(refused(50..52), (Some(50), 2, 0));
+    assert_eq!(refused(50..53), (Some(50), 9, 0));
+    // The wrong sign agrees with the prediction near the reversal only.
+    assert_eq!(refused(92..120), (Some(92), 28, 28));
 }
 
 /// Readings with noise of one, by the sum of twelve uniform numbers.
@@ -92,6 +115,7 @@ fn signal() -> Signal<f64> {
         last: 5.0,
         slope: 0.25,
         lost: 0,
+        returned: 0,
         repeats: 3,
         liveliness: 0.8,
         likelihood: 0.5,

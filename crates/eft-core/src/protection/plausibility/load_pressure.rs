@@ -87,6 +87,7 @@ mod tests {
         forgetting: 1e-2,
         chance: 1e-10,
         share: 0.1,
+        returns: 6,
     };
 
     /// A force of 6 kN at 1.5 Hz.
