@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use super::{FlowCurve, GivenForceLoop, MotionAt, Realization, RigConfig, RigValues};
+use crate::checks;
 use crate::design::{self, HeldPiston};
 use crate::error::Result;
 
@@ -22,8 +23,10 @@ impl RigConfig {
     /// not be in use.
     ///
     /// # Errors
-    /// The flow curve has no slope at the origin, or no robust gains exist for the rig.
+    /// The sample rate is not allowed, the flow curve has no slope at the origin, or no robust gains exist for
+    /// the rig.
     pub fn designed_force_loop(&self, sample_rate: f64) -> Result<design::ForceLoop> {
+        checks::sample_rate("sample_rate", sample_rate)?;
         let rest = self.at_rest(&self.servovalve.flow_table)?;
         let piston = self.held_piston(&rest, rest.steeper, self.measured_compressibility());
         design::design(&HeldPiston { sample_rate, latency: self.further_latency(sample_rate), ..piston })

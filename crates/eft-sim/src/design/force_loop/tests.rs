@@ -173,6 +173,14 @@ fn a_loop_that_is_sampled_too_slowly_is_refused() {
 }
 
 #[test]
+fn a_sample_rate_beyond_all_samplers_is_named() {
+    for rate in [f64::NAN, f64::INFINITY, -4096.0, 0.0, 5e-324, 2e9] {
+        let error = RigConfig::zhao2005().designed_force_loop(rate).unwrap_err().to_string();
+        assert!(error.starts_with("sample_rate = ") && error.ends_with("within 1e-6 and 1e9 Hz"), "{error}");
+    }
+}
+
+#[test]
 fn a_rig_uses_the_designed_gains_and_keeps_its_own() {
     let base = RigConfig::zhao2005();
     let robust = base.replace(&[("controller.force_loop", "robust".into())]).unwrap();
