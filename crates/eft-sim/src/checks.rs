@@ -54,7 +54,7 @@ pub(crate) fn signal(parameter: &str, values: &[f64]) -> Result<()> {
         None => Ok(()),
         Some(i) => Err(Error::value(
             parameter,
-            format!("{} at sample {i}", values[i]),
+            format!("{} at sample {i}", Short(values[i])),
             "every sample must be finite",
         )),
     }
@@ -69,8 +69,9 @@ pub(crate) fn band((low, high): (f64, f64), sample_rate: f64) -> Result<()> {
     if low >= 0.0 && low < high && high <= 0.5 * sample_rate {
         return Ok(());
     }
-    let allowed = format!("must be two frequencies within 0 and {} Hz, the lower first", 0.5 * sample_rate);
-    Err(Error::value("band", format!("({low}, {high})"), allowed))
+    let allowed =
+        format!("must be two frequencies within 0 and {} Hz, the lower first", Short(0.5 * sample_rate));
+    Err(Error::value("band", format!("({}, {})", Short(low), Short(high)), allowed))
 }
 
 /// Rejects a frequency (Hz) that is not within half the sample rate (Hz).
@@ -82,7 +83,7 @@ pub(crate) fn within_nyquist(parameter: &str, frequency: f64, rate: f64) -> Resu
     }
     Err(Error::value(
         parameter,
-        frequency,
-        format!("must lie within 0 and half the sample rate, {nyquist} Hz"),
+        Short(frequency),
+        format!("must lie within 0 and half the sample rate, {} Hz", Short(nyquist)),
     ))
 }

@@ -1,9 +1,12 @@
 //! The paper's identification tests on the virtual rig: displacement control of 10 V per full stroke, gain one.
 
+use eft_core::Short;
+
+use crate::checks;
 use crate::closed_loop::{SimulateOptions, motions, one_actuator};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
-use crate::ground_motion::excitation::{Command, sine_sweep};
+use crate::ground_motion::excitation::{samples, sine_sweep};
 use crate::interruption;
 use crate::plant::{
     ActuatorState, Driver, Equations, Motion, Plant, ServoActuator, Spool, Stages, Structure, TimeGrid,
@@ -86,6 +89,8 @@ pub fn flow_test(
     piston_mass: f64,
     sample_rate: f64,
 ) -> Result<FlowTest> {
+    checks::within_nyquist("frequency", frequency, sample_rate)?;
+    checks::positive("piston_mass", piston_mass, "kg")?;
     let free = rig.plant().with(|free| {
         free.structure.kind = StructureKind::Linear;
         (free.structure.mass, free.structure.damping, free.structure.stiffness) = (piston_mass, 0.0, 0.0);
@@ -125,13 +130,17 @@ pub fn flow_test(
 /// Displacement (m) of the rig's structure released from a displacement (m), disconnected from the actuator.
 ///
 /// # Errors
-/// An invalid rate or duration.
+/// An invalid rate or duration, or a displacement that is not finite or whose motion overflows.
 pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f64) -> Result<Vec<f64>> {
     one_actuator(rig)?;
-    let still = Command::new(vec![0.0; (duration * sample_rate).round().max(0.0) as usize], sample_rate)?;
+    checks::finite("displacement", from, "m")?;
+    let samples = samples(duration, sample_rate)?;
     let start = [Motion { displacement: from, ..Motion::default() }];
-    let structure = Structure::pack(&|_| rig);
-    let grid = TimeGrid::new(sample_rate, 8);
-    let mut responses = motions(&structure, &start, still.values.len(), grid, |_, _| [0.0; 2])?;
-    Ok(responses.swap_remove(0).displacement)
+    let grid = SimulateOptions::default().grid(rig, sample_rate)?;
+    let mut responses = motions(&Structure::pack(&|_| rig), &start, samples, grid, |_, _| [0.0; 2])?;
+    let displacement = responses.swap_remove(0).displacement;
+    if displacement.iter().all(|x| x.is_finite()) {
+        return Ok(displacement);
+    }
+    Err(Error::value("displacement", Short(from), "must be smaller: the motion is beyond double precision"))
 }

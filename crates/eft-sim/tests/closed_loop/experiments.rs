@@ -105,3 +105,33 @@ fn free_vibration_gives_the_structure_s_damping() {
     assert!((found.ratio.value / ratio - 1.0).abs() < 1e-4, "{found:?}, {ratio}");
     assert!((found.frequency.value / (omega / TAU) - 1.0).abs() < 1e-6);
 }
+
+#[test]
+fn a_free_vibration_is_the_same_at_every_sample_rate() {
+    let rig = RigConfig::zhao2005();
+    let fine = free_vibration(&rig, 0.02, 10.0, 512.0).unwrap();
+    let coarse = free_vibration(&rig, 0.02, 10.0, 1.0).unwrap();
+    assert_eq!(coarse, fine.iter().step_by(512).copied().collect::<Vec<_>>());
+}
+
+#[test]
+fn a_wrong_argument_of_an_experiment_is_named() {
+    let rig = RigConfig::zhao2005();
+    for (from, duration, rate, named) in [
+        (f64::NAN, 1.0, 512.0, "displacement"),
+        (f64::INFINITY, 1.0, 512.0, "displacement"),
+        (1e308, 1.0, 512.0, "displacement"),
+        (0.02, f64::NAN, 512.0, "duration"),
+        (0.02, f64::INFINITY, 512.0, "duration"),
+        (0.02, 0.0, 512.0, "duration"),
+        (0.02, 1e12, 512.0, "number of samples"),
+        (0.02, 1.0, f64::INFINITY, "sample_rate"),
+    ] {
+        let error = free_vibration(&rig, from, duration, rate).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("{named} = ")), "{error}");
+    }
+    let error = flow_test(&rig, 0.01, f64::NAN, 1.0, 20.0, 2048.0).unwrap_err().to_string();
+    assert!(error.starts_with("frequency = NaN"), "{error}");
+    let error = flow_test(&rig, 0.01, 3.0, 1.0, -1.0, 2048.0).unwrap_err().to_string();
+    assert!(error.starts_with("piston_mass = -1"), "{error}");
+}

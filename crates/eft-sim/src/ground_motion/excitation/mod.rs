@@ -58,6 +58,13 @@ impl Command {
     }
 }
 
+/// Number of samples of a duration (s) at a rate (Hz).
+pub(crate) fn samples(duration: f64, sample_rate: f64) -> Result<usize> {
+    checks::sample_rate("sample_rate", sample_rate)?;
+    checks::positive("duration", duration, "s")?;
+    within_memory((duration * sample_rate).round())
+}
+
 /// The sample count as an integer, if it lies within 1 and [`MAX_SAMPLES`].
 fn within_memory(samples: f64) -> Result<usize> {
     if samples >= 1.0 && samples <= MAX_SAMPLES as f64 {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Command, within_memory};
+use super::{Command, samples};
 use crate::checks;
 use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of};
@@ -103,11 +103,9 @@ fn lines(
     sample_rate: f64,
     line: impl Fn(usize, usize) -> Complex64,
 ) -> Result<Vec<f64>> {
-    checks::sample_rate("sample_rate", sample_rate)?;
-    checks::positive("duration", duration, "s")?;
+    let samples = samples(duration, sample_rate)?;
     checks::within_nyquist("f_low", low, sample_rate)?;
     checks::within_nyquist("f_high", high, sample_rate)?;
-    let samples = within_memory((duration * sample_rate).round())?;
     let spacing = sample_rate / samples as f64;
     let mut spectrum = vec![Complex64::default(); samples / 2 + 1];
     // Without the mean and the last bin of an even length, which have no phase.
@@ -125,9 +123,7 @@ fn lines(
 }
 
 fn sampled(duration: f64, sample_rate: f64, value: impl Fn(f64) -> f64) -> Result<Command> {
-    checks::sample_rate("sample_rate", sample_rate)?;
-    checks::positive("duration", duration, "s")?;
-    let samples = within_memory((duration * sample_rate).round())?;
+    let samples = samples(duration, sample_rate)?;
     Command::new((0..samples).map(|i| value(i as f64 / sample_rate)).collect(), sample_rate)
 }
 

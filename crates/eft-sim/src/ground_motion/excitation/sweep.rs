@@ -1,6 +1,6 @@
 //! The sine sweep of the paper's characterisation tests (Figs. 8–11).
 
-use super::{Command, within_memory};
+use super::{Command, samples};
 use crate::checks;
 use crate::error::Result;
 use std::f64::consts::TAU;
@@ -22,11 +22,9 @@ pub fn sine_sweep(
     sample_rate: f64,
 ) -> Result<Command> {
     checks::finite("amplitude", amplitude, "N")?;
-    checks::sample_rate("sample_rate", sample_rate)?;
-    checks::positive("duration", duration, "s")?;
+    let samples = samples(duration, sample_rate)?;
     checks::within_nyquist("f_start", f_start, sample_rate)?;
     checks::within_nyquist("f_end", f_end, sample_rate)?;
-    let samples = within_memory((duration * sample_rate).round())?;
     let rate_of_change = (f_end - f_start) / duration;
     let value = |i: usize| {
         let t = i as f64 / sample_rate;
