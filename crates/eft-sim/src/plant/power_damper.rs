@@ -46,7 +46,7 @@ impl<S: Num> PowerDamper<S> {
 
 /// The steepest slope (N·s/m) of a damper, at standstill for exponents below 1.
 pub(crate) fn steepest(coefficient: f64, exponent: f64) -> f64 {
-    coefficient * STANDSTILL.powf((exponent - 1.0).min(0.0))
+    coefficient * libm::pow(STANDSTILL, (exponent - 1.0).min(0.0))
 }
 
 #[cfg(test)]

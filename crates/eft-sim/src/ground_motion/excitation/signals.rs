@@ -33,7 +33,7 @@ pub fn step(amplitude: f64, start: f64, duration: f64, sample_rate: f64) -> Resu
 pub fn sine(amplitude: f64, frequency: f64, duration: f64, sample_rate: f64) -> Result<Command> {
     checks::finite("amplitude", amplitude, "N")?;
     checks::within_nyquist("frequency", frequency, sample_rate)?;
-    sampled(duration, sample_rate, |t| amplitude * (TAU * frequency * t).sin())
+    sampled(duration, sample_rate, |t| amplitude * libm::sin(TAU * frequency * t))
 }
 
 /// A number of `cycles` of a sine under a raised cosine, then zero until `duration` (s); force in N.
@@ -57,8 +57,8 @@ pub fn burst(
         return Err(Error::value("cycles", cycles, allowed));
     }
     sampled(duration, sample_rate, |t| {
-        let window = if t < length { 0.5 - 0.5 * (TAU * t / length).cos() } else { 0.0 };
-        amplitude * window * (TAU * frequency * t).sin()
+        let window = if t < length { 0.5 - 0.5 * libm::cos(TAU * t / length) } else { 0.0 };
+        amplitude * window * libm::sin(TAU * frequency * t)
     })
 }
 
@@ -122,6 +122,7 @@ fn lines(
     signal_of(spectrum, samples)
 }
 
+/// Its callers take functions of `libm`, because the last bits of the platform's differ between platforms.
 fn sampled(duration: f64, sample_rate: f64, value: impl Fn(f64) -> f64) -> Result<Command> {
     let samples = samples(duration, sample_rate)?;
     Command::new((0..samples).map(|i| value(i as f64 / sample_rate)).collect(), sample_rate)
@@ -130,6 +131,7 @@ fn sampled(duration: f64, sample_rate: f64, value: impl Fn(f64) -> f64) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::excitation::sine_sweep;
 
     fn rms(values: &[f64]) -> f64 {
         (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
@@ -152,6 +154,13 @@ mod tests {
         assert!(burst[64..].iter().all(|value| *value == 0.0));
         // An eighth past half the burst window and sine are ½(1 + cos 45°) and 1.
         assert!((burst[40] - 1.5 * (1.0 + (0.125 * TAU).cos()) * (TAU * 1.25).sin()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_sine_has_the_bits_of_a_sweep_between_equal_frequencies() {
+        let (sine, sweep) =
+            (sine(1e3, 2.0, 60.0, 1e3).unwrap(), sine_sweep(1e3, 2.0, 2.0, 60.0, 1e3).unwrap());
+        assert_eq!(sine, sweep);
     }
 
     #[test]
