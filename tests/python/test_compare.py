@@ -81,6 +81,19 @@ def test_a_comparison_never_changes_and_can_be_kept():
     assert "<table>" in found._repr_html_()
 
 
+def test_two_tests_of_the_same_name_can_be_told_apart(tmp_path):
+    def legend(found):
+        return [text.get_text() for text in found.plot("force").axes[0].get_legend().get_texts()]
+
+    other = eft.simulate(RIG.replace({"compensation.mode": "linear"}), eft.Command(RUN.command, RATE))
+    assert legend(eft.compare(RUN, other)) == ["reference", "run"]
+    paths = [str(tmp_path / folder / "test.eft") for folder in ("monday", "tuesday")]
+    for run, path in zip((RUN, other), paths, strict=True):
+        Path(path).parent.mkdir()
+        run.save(path)
+    assert legend(eft.compare(*paths)) == paths
+
+
 @pytest.mark.parametrize("system", ["si", "us"])
 def test_the_picture_has_a_panel_and_its_difference_for_each_signal(system):
     found = eft.compare(measured(late=0.1), RUN, align=True)

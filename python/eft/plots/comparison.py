@@ -27,7 +27,10 @@ def comparison(compared: Comparison, *quantities: str, units: UnitSystem | None 
     figure = Figure(figsize=(WIDTH, 0.4 + 2.6 * len(names)), dpi=200, layout="constrained")
     axes = figure.subplots(2 * len(names), 1, sharex=True, squeeze=False, height_ratios=[2, 1] * len(names))
     time = compared.reference.time
-    labels = [traces.name.rpartition("/")[2] for traces in (compared.reference, compared.other)]
+    paths = [traces.name for traces in (compared.reference, compared.other)]
+    labels = [path.rpartition("/")[2] for path in paths]
+    if labels[0] == labels[1]:
+        labels = paths
     for place, name in enumerate(names):
         over, below = axes[2 * place, 0], axes[2 * place + 1, 0]
         unit = shown(compared[name].unit, units)

@@ -205,15 +205,15 @@ def compare(
         raise ValueError(f"band = ({low:g}, {high:g}) Hz: must begin at or above zero and below its end")
     rigs = [source.rig for source in (run, measured) if isinstance(source, TestRun)]
 
-    def read(source: Source) -> Traces:
+    def read(source: Source, name: str) -> Traces:
         if isinstance(source, Traces):
             return source
         if isinstance(source, TestRun):
-            return Traces.from_run(source)
+            return Traces.from_run(source, name)
         rig = rigs[0] if rigs else None
         return read_traces(source, columns=columns, units=units, sample_rate=sample_rate, rig=rig)
 
-    reference, other = read(measured), read(run)
+    reference, other = read(measured, "reference"), read(run, "run")
     shared = [name for name in _COMPARED if name in reference.columns and name in other.columns]
     if not shared:
         raise ValueError(
