@@ -9,6 +9,7 @@ import numpy as np
 
 from eft import _native
 from eft._display import shown
+from eft._floors import floor_mass
 from eft._force_loop import design_force_loop
 from eft._native import Rig, stability_margin
 from eft._status import Status
@@ -134,9 +135,8 @@ def _mass(facts: Facts) -> Iterator[Finding]:
     """A caution about a command for a mass other than that of the structure."""
     if facts.mass is None:
         return
-    building = facts.rig["structure.kind"] == "shear_building"
-    own = np.asarray(facts.rig["structure.stories.masses" if building else "structure.mass"])
-    if building and facts.floor is not None:
+    own = np.asarray(floor_mass(facts.rig))
+    if own.ndim and facts.floor is not None:
         own = own[facts.floor]
     made_for = np.asarray(facts.mass)
     if made_for.shape == own.shape and np.allclose(made_for, own, rtol=SAME_MASS, atol=0.0):

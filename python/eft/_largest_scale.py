@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from eft._floors import floor_mass
 from eft._native import Command, Record, Rig, effective_force
 from eft._simulate import simulate
 
@@ -23,7 +24,7 @@ class LargestScale:
     """The largest factor on a record or command with a usable test."""
 
     scale: float
-    """The factor; 0 if no test is usable, infinite if every test is."""
+    """The factor; 0 if no test from 0.001 on is usable, infinite if every test up to 1000 is."""
     limited_by: tuple[str, ...]
     """Reasons against the next larger factor, worst first."""
 
@@ -38,7 +39,7 @@ def largest_scale(
     rig: Rig,
     record: Record | Command,
     *,
-    mass: float | None = None,
+    mass: float | Sequence[float] | None = None,
     sample_rate: float | None = None,
     tolerance: float = 0.01,
 ) -> LargestScale:
@@ -54,8 +55,9 @@ def largest_scale(
         The rig; its ``verdict`` section has the limits.
     record : Record or Command
         A ground motion, or a command in N.
-    mass : float, optional
-        Mass in kg for the effective force of a ground motion; the structure's by default.
+    mass : float or sequence of float, optional
+        Mass in kg for the effective force of a ground motion, one per floor of a shear building. By default
+        that of the structure.
     sample_rate : float, optional
         Sample rate of the effective force, Hz; the rig's ``controller.sample_rate`` by default.
     tolerance : float
@@ -111,12 +113,12 @@ def largest_scale(
 
 
 def _scaled(
-    rig: Rig, record: Record | Command, mass: float | None, sample_rate: float | None
+    rig: Rig, record: Record | Command, mass: float | Sequence[float] | None, sample_rate: float | None
 ) -> Callable[[float], Command]:
     if isinstance(record, Command):
         if mass is not None or sample_rate is not None:
             raise ValueError("mass, sample_rate: must be left out with a command, which has both")
         return lambda scale: Command(scale * record.values, record.sample_rate)
-    kilograms = rig["structure.mass"] if mass is None else mass
+    kilograms = floor_mass(rig) if mass is None else mass
     rate = rig["controller.sample_rate"] if sample_rate is None else sample_rate
     return lambda scale: effective_force(record, kilograms, rate, scale)

@@ -7,6 +7,7 @@ import os
 import warnings
 from dataclasses import dataclass
 
+from eft._floors import actuators_of
 from eft._native import Rig, recorded_traces
 
 _GIB = 1024**3
@@ -24,12 +25,6 @@ class MemoryUseWarning(UserWarning):
 
     The command line asks for ``--memory`` instead.
     """
-
-
-def actuators_of(rig: Rig) -> int:
-    """Number of actuators of a rig."""
-    building = rig["structure.kind"] == "shear_building"
-    return len(rig["structure.stories.masses"]) if building else 1
 
 
 def memory_of_samples(rig: Rig, samples: int) -> float:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from eft import _foreign as foreign
+from eft._floors import floor_mass
 from eft._native import Command, Rig, effective_force, read_record, sine_sweep
 from eft._toml_lines import pointed, without_sections
 
@@ -220,11 +221,9 @@ def _record(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command
     else:
         record = read_record(folder / section["file"], **options)
     scale = float(section.get("scale", 1.0))
-    building = rig["structure.kind"] == "shear_building"
-    own = rig["structure.stories.masses" if building else "structure.mass"]
-    if building and "mass" in section:
+    if "mass" in section and rig["structure.kind"] == "shear_building":
         raise ValueError("command.mass: must be left out for a shear building, whose floors have their own")
-    mass = float(section["mass"]) if "mass" in section else own
+    mass = float(section["mass"]) if "mass" in section else floor_mass(rig)
     command = effective_force(record, mass=mass, sample_rate=_sample_rate(section, rig), scale=scale)
     return command, f"{record.name}, ground acceleration of {record.pga:.3g} m/s² scaled by {scale:g}"
 

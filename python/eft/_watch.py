@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple, TextIO
 import numpy as np
 
 from eft._display import shown
+from eft._floors import actuators_of
 from eft._native import Command, Controller, Plant, Rig, rig_keys
 
 __all__ = ["Watched", "watch"]
@@ -73,7 +74,7 @@ def watch(
     if not every > 0.0:
         raise ValueError(f"every = {every}: must be above zero, in s")
     check_watchable(rig)
-    floors = len(rig["structure.stories.masses"]) if rig["structure.kind"] == "shear_building" else 1
+    floors = actuators_of(rig)
     given = command.values.shape[0] if command.values.ndim > 1 else 1
     if given != floors:
         raise ValueError(f"command = {given} actuators: must be of {floors}, as the rig has")

@@ -216,6 +216,15 @@ def test_the_largest_scale_of_a_record_takes_its_mass():
     assert light.scale == pytest.approx(2.0 * heavy.scale, rel=0.25)
 
 
+def test_the_largest_scale_of_a_record_on_a_building_takes_its_floors():
+    stories = {"masses": [7000.0, 6000.0], "dampings": [4e3, 4e3], "stiffnesses": [7e5, 6e5]}
+    building = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
+    record = eft.Record(np.sin(2 * np.pi * np.arange(0.0, 4.0, 0.01)), 0.01, "sine")
+    given = eft.effective_force(record, stories["masses"], building["controller.sample_rate"])
+    found = eft.largest_scale(building, record, tolerance=0.2)
+    assert found == eft.largest_scale(building, given, tolerance=0.2) and found.scale > 0.0
+
+
 def test_check_tries_the_remedies_and_finds_the_largest_scale(tmp_path, capsys):
     rig = RIG.replace({"truth.servovalve.flow_gain_scale": 1.04, "truth.structure.damping": 1500.0})
     path = tmp_path / "rig.toml"
