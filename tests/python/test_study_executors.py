@@ -55,6 +55,11 @@ def test_a_broken_pool_ends_the_study_and_keeps_what_was_done(tmp_path):
     assert rows(eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")) == rows(eft.study(RIG, COMMAND, GRID))
 
 
+def test_what_is_no_executor_is_refused():
+    with pytest.raises(TypeError, match=r"^executor = .*get_executor"):
+        eft.study(RIG, COMMAND, GRID, executor=object())
+
+
 def test_a_worker_of_another_version_is_an_error(monkeypatch):
     monkeypatch.setattr("eft._study._batch.__version__", "0.0.9")
     with pytest.raises(Exception, match=r"0\.0\.9 on the worker: must be"):

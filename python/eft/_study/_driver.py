@@ -88,6 +88,8 @@ def study(
         If a key is unknown, a value has a wrong type, or the folder contains another study. If the tests that
         run at once, and the traces that are kept, need more memory than this machine has. A value that the
         rig refuses is not an error; its row has the reason.
+    TypeError
+        If `executor` is something else, for example a client of Dask.
 
     Warns
     -----
@@ -113,6 +115,11 @@ def study(
         raise ValueError(f"chunk = {chunk!r}: must be a whole number of at least 1")
     if dtype not in ("f32", "f64"):
         raise ValueError(f'dtype = {dtype!r}: must be "f32" or "f64"')
+    if executor is not None and not isinstance(executor, Executor):
+        raise TypeError(
+            f"executor = {executor!r}: must be a concurrent.futures.Executor; that of a Dask client is "
+            "`client.get_executor()`"
+        )
     # An executor of another library has its workers on machines that are unknown here.
     workers = None if executor is None else getattr(executor, "_max_workers", 1)
     in_folder, wide = output is not None, structure is None
