@@ -280,3 +280,9 @@ def test_a_unit_of_another_dimension_is_refused_with_the_ones_that_fit():
     with pytest.raises(ValueError, match="26 kip") as refused:
         eft.data_sheets.structure("26 kip", "2 Hz", "2 %")
     assert all(unit in str(refused.value) for unit in ("mass", "kg", "t", "lb", "slug"))
+
+
+def test_the_keys_have_plain_numbers():
+    keys = eft.servovalve("15 gpm", "1000 psi", rise_time="5 ms", full_step_time="12 ms")
+    values = [*keys.values(), *keys["servovalve.flow_table.flows"]]
+    assert {type(value) for value in values} == {float, list}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -91,7 +92,7 @@ def servovalve(
         omega = _normalised_rise(damping) / above_zero("rise_time", rise_time, "s")
     else:
         omega = 2.0 * np.pi * above_zero("phase_90_frequency", phase_90_frequency, "Hz")
-    full = flow * np.sqrt(pressure / drop)
+    full = flow * math.sqrt(pressure / drop)
     openings, shares = _curve(flow_curve)
     flows = [full * share for share in shares]
     zero = openings.index(0.0)
