@@ -1,6 +1,7 @@
 """Runs of buildings: arrays with a leading axis, in metrics, files, figures and reports."""
 
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -83,6 +84,8 @@ def test_figures_and_reports_show_every_actuator(run, tmp_path):
     assert len(plots.force_ratio(run).get_lines()) >= 3
     text = report.write_report(run, tmp_path / "building.html").read_text(encoding="utf-8")
     assert "actuator 3" in text
+    row = re.search(r"<tr><td>largest drift of the story</td>(.*?)</tr>", text)[1]
+    assert re.findall(r"<td>([\d.]+) mm</td>", row) == [f"{d * 1e3:.4g}" for d in run.metrics()["drift"]]
     assert "<p>actuator 1, actuator 2, actuator 3:</p>" in text and "where it differs" not in text
     with pytest.raises(ValueError, match=r"structure\.kind"):
         plots.hysteresis(run.actuator(0))

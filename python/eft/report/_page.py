@@ -47,6 +47,7 @@ _METRICS: dict[MetricName, tuple[str, float, str]] = {
     "displacement_error": ("displacement error against the ideal response, rms", 100.0, "%"),
     "max_spool": ("largest spool opening", 100.0, "%"),
     "min_supply_pressure": ("smallest supply pressure", 1.0, "Pa"),
+    "drift": ("largest drift of the story", 1.0, "m"),
 }
 
 
@@ -192,8 +193,11 @@ def _metrics(runs: Sequence[TestRun]) -> list[list[str]]:
         rows.append(["the test ended after; up to there:", *(_number(part.duration, "s") for part in judged)])
     force, length, pressure = shown("force"), shown("length"), shown("pressure")
     squared = Shown(f"{force.unit}²", force.factor**2)
-    in_units = {"N²": squared, "Pa": pressure}
+    in_units = {"N²": squared, "Pa": pressure, "m": length}
     for key, (words, own, si) in _METRICS.items():
+        # The drift of one mass is its displacement.
+        if key == "drift" and not any(run._building for run in runs):
+            continue
         unit, scale = in_units.get(si, Shown(si, own))
         if any(key in metrics for metrics in found):
             cells = [_number(metrics.get(key, math.nan) * scale, unit) for metrics in found]
