@@ -102,8 +102,9 @@ def _plan(
             given = ", ".join(
                 f"--{name.replace('_', '-')}" for name in (["rig"] if rig else []) + list(options)
             )
+            rig_file = "" if rig else f", or name a rig file by --rig {test}"
             raise click.UsageError(
-                f"{test} describes the whole test; leave out {given}, or leave out the file"
+                f"{test}: a test file describes the whole test; leave out {given}{rig_file}"
             )
         return read_test(test, changes)
     sweep, record = options.pop("sweep", None), options.pop("record", None)

@@ -14,6 +14,11 @@ from mistakes.given import (
 )
 
 WRONG = {
+    "rig file in the place of a test": (
+        ["run", "rig.toml", "--record", "elcentro"],
+        {"rig.toml": paper()},
+        ["rig.toml", "leave out --record", "--rig rig.toml"],
+    ),
     "unknown command": (["rum"], {}, ["rum"]),
     "unknown option": (["run", "--swep"], {}, ["--swep"]),
     "word instead of a number": (["run", "--sweep", "1", "0", "ten", "1"], {}, ["ten", "--sweep"]),
