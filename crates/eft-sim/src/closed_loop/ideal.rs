@@ -93,7 +93,7 @@ fn motions_from<X: Clone + AsRef<[f64]> + AsMut<[f64]>>(
     let mut responses: Vec<_> = (0..structure.len()).map(response).collect();
     let mut stages = Stages::new(&state);
     for i in 0..samples {
-        if i.is_multiple_of(1024) {
+        if i.is_multiple_of(grid.quick_ticks()) {
             interruption::check()?;
         }
         let floors = state.as_ref().as_chunks().0;

@@ -81,7 +81,7 @@ type GoOn<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
 /// Runs `command` on `rig` with the controller in the precision `P`. The digital side runs at the command's
 /// sample rate.
 ///
-/// `go_on(done, total)` is called about every thousand ticks. If it returns `false`, the run ends with
+/// `go_on(done, total)` is called many times a second. If it returns `false`, the run ends with
 /// [`Error::Interrupted`].
 ///
 /// A run ends if its state grows beyond 1e100 or becomes NaN. Its last tick has the flag
@@ -200,10 +200,10 @@ fn through_channel<P: Precision>(rig: &RigConfig, command: &Command) -> Result<T
     let commands = std::slice::from_ref(command);
     let (sample_rate, _) = check_commands(rig, commands)?;
     let options = SimulateOptions::default();
-    let mut test =
-        FastLoop::<f64, P::Lanes<f64>>::new(&|_| rig, options.grid(rig, sample_rate)?, options.method)?;
+    let grid = options.grid(rig, sample_rate)?;
+    let mut test = FastLoop::<f64, P::Lanes<f64>>::new(&|_| rig, grid, options.method)?;
     test.digital.run_by_channel(rig)?;
-    Ok(run_through(&mut test, rig, commands, &mut |_, _| true)?.swap_remove(0))
+    Ok(run_through(&mut test, rig, grid, commands, &mut |_, _| true)?.swap_remove(0))
 }
 
 /// The energy balance of such a test, for all actuators together.
@@ -216,8 +216,9 @@ pub fn energy_balance(
     options: &SimulateOptions,
 ) -> Result<EnergyBalance> {
     let (sample_rate, _) = check_commands(rig, commands)?;
-    let mut test = GeneralLoop::<f64, f64>::new(&|_| rig, options.grid(rig, sample_rate)?)?;
-    run_through(&mut test, rig, commands, &mut |_, _| true)?;
+    let grid = options.grid(rig, sample_rate)?;
+    let mut test = GeneralLoop::<f64, f64>::new(&|_| rig, grid)?;
+    run_through(&mut test, rig, grid, commands, &mut |_, _| true)?;
     Ok(test.balance(0).unwrap_or_default())
 }
 
@@ -299,7 +300,7 @@ fn through<P: Precision>(
         if let Some(controller) = controller {
             test.digital.controlled_by(controller);
         }
-        return run_through(&mut test, rig, commands, go_on);
+        return run_through(&mut test, rig, grid, commands, go_on);
     }
     let mut test = GeneralLoop::<f64, P::Lanes<f64>>::new(&|_| rig, grid)?;
     if let (Some(controller), Some(side)) = (controller, test.digital.first_mut()) {
@@ -308,13 +309,14 @@ fn through<P: Precision>(
     if let Some(specimen) = specimen {
         test.followed_by(specimen);
     }
-    run_through(&mut test, rig, commands, go_on)
+    run_through(&mut test, rig, grid, commands, go_on)
 }
 
 /// Runs a loop through a test under checked commands.
 fn run_through<C: Scalar<Element: Precision>>(
     test: &mut impl ClosedLoop<f64, C>,
     rig: &RigConfig,
+    grid: TimeGrid,
     commands: &[Command],
     go_on: GoOn<'_>,
 ) -> Result<Vec<TestRun>> {
@@ -333,7 +335,7 @@ fn run_through<C: Scalar<Element: Precision>>(
             test.end();
         }
         let end = soft_end.filter(|&end| end > start).unwrap_or(total);
-        let ticks = BLOCK_TICKS.min(end - start);
+        let ticks = BLOCK_TICKS.min(grid.quick_ticks()).min(end - start);
         let values: Vec<_> = commands.iter().map(|command| &command.values[start..]).collect();
         let done = test.run(&values, ticks, &mut blocks);
         for (block, run) in blocks.iter().zip(&mut runs) {

@@ -106,7 +106,7 @@ pub fn flow_test(
     let per_metre = FULL_SCALE / rig.actuator.stroke;
     let mut test = FlowTest { command: Vec::new(), displacement: Vec::new(), spool: Vec::new() };
     for (i, command) in sweep.values.into_iter().enumerate() {
-        if i.is_multiple_of(1024) {
+        if i.is_multiple_of(grid.quick_ticks()) {
             interruption::check()?;
         }
         let state = plant.actuator(0);

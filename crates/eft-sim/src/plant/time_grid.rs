@@ -21,6 +21,11 @@ impl TimeGrid {
         Self { sample_rate, steps, step: 1.0 / sample_rate / f64::from(steps) }
     }
 
+    /// Ticks that take a fraction of a second to compute. After so many a long loop asks whether to go on.
+    pub(crate) fn quick_ticks(&self) -> usize {
+        (65_536 / self.steps).clamp(1, 1024) as usize
+    }
+
     /// Length of an integration step (s).
     #[inline(always)]
     pub(crate) fn step(&self) -> f64 {

@@ -174,3 +174,18 @@ fn a_test_that_learns_has_the_bits_of_channel_and_learner() {
         }
     }
 }
+
+#[test]
+fn a_test_of_many_steps_asks_soon_whether_to_go_on() {
+    // Its friction needs seven thousand steps per tick.
+    let rig = RigConfig::zhao2005().replace(&[("actuator.friction", 1e8.into())]).unwrap();
+    let command = sine_sweep(2000.0, 1.0, 1.0, 48.0 / RATE, RATE).unwrap();
+    let mut asked = Vec::new();
+    let options = SimulateOptions::default();
+    simulate::<f64>(&rig, &command, &options, |done, _| {
+        asked.push(done);
+        true
+    })
+    .unwrap();
+    assert!(asked.windows(2).all(|two| two[1] - two[0] <= 20), "{asked:?}");
+}
