@@ -204,7 +204,9 @@ def compare_valves(
     Parameters
     ----------
     rig : Rig
-        The rig; the valve is replaced, and the response delay is that of `eft.linear.delay_budget`.
+        The rig; the valve is replaced, and the response delay is that of `eft.linear.delay_budget`
+        without the rig's ``truth``. The true values and the calibration of its own valve are left out,
+        except ``flow_gain_scale``.
     commands : mapping of str to Command
         Commands with names.
     valves : mapping or path-like
@@ -244,9 +246,13 @@ def compare_valves(
 
 
 def with_valve(rig: Rig, sheet: Mapping[str, Any]) -> Rig:
-    """The rig with another valve, at its own pressure."""
-    fitted = rig.replace(servovalve(**({"supply_pressure": rig["supply.pressure"]} | dict(sheet))))
-    return fitted.replace({"compensation.response_delay": delay_budget(fitted).path})
+    """The rig with another valve, at its own pressure. What is true of the old valve goes with it."""
+    scale = rig["truth.servovalve.flow_gain_scale"]
+    old = dict.fromkeys(("truth.servovalve", "servovalve.true_flow_table", "calibration"))
+    keys = servovalve(**({"supply_pressure": rig["supply.pressure"]} | dict(sheet)))
+    fitted = rig.replace(old).replace(keys | {"truth.servovalve.flow_gain_scale": scale})
+    delay = delay_budget(fitted.replace({"truth": None})).path
+    return fitted.replace({"compensation.response_delay": delay})
 
 
 def tried(valve: str, title: str, rig: Rig, command: Command, largest: bool) -> ValveChoice:

@@ -8,6 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import eft
+from eft._valve_choice import with_valve
 from eft.cli import main
 
 RIG = eft.Rig.zhao2005()
@@ -67,6 +68,28 @@ def adaptive(tmp_path):
     (tmp_path / "rig.toml").write_text(rig.to_toml(), encoding="utf-8")
     (tmp_path / "catalogue.toml").write_text(CATALOGUE, encoding="utf-8")
     return rig
+
+
+def test_a_tried_valve_has_its_own_curve_and_a_controller_blind_to_the_truth():
+    command = eft.sine_sweep(3000.0, 0.5, 5.0, 2.0, 1024.0)
+    valves = {"one": {"rated_flow": "90 gpm", "rated_drop": "1000 psi", "phase_90_frequency": "60 Hz"}}
+
+    def row(changes):
+        return eft.compare_valves(RIG.replace(changes), {"sweep": command}, valves).rows[0]
+
+    openings, flows = RIG["servovalve.flow_table.openings"], RIG["servovalve.flow_table.flows"]
+    of_the_old = {"openings": openings, "flows": [0.5 * flow for flow in flows]}
+    known = row({})
+    assert row({"servovalve.true_flow_table": of_the_old}) == known
+    assert row({"truth.servovalve.flow_table": of_the_old}) == known
+    assert row({"truth.servovalve.pilot_time_constant": 5e-3}) == known
+    assert row({"truth.servovalve.flow_gain_scale": 0.9}).force_error > known.force_error
+    late = with_valve(RIG.replace({"truth.dac.delay": 3, "truth.sensors.velocity.delay": 5}), valves["one"])
+    delay = "compensation.response_delay"
+    assert late[delay] == with_valve(RIG, valves["one"])[delay] and late["truth.dac.delay"] == 3
+    learned = eft.simulate(RIG.replace({"compensation.adaptive": True}), command).calibration
+    assert learned is not None
+    assert row({"compensation.adaptive": True, "calibration": dict(learned)}).valve == "one"
 
 
 def test_the_valve_that_does_is_found(tmp_path, monkeypatch, capsys):
