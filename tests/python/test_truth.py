@@ -99,6 +99,15 @@ def test_a_controller_is_blind_to_it():
         assert eft.firmware.export(hidden, target) == eft.firmware.export(rig, target)
 
 
+def test_an_identification_is_blind_to_it():
+    run = eft.simulate(RIG, eft.sine_sweep(2200.0, 0.5, 5.0, 8.0, 1024.0))
+    slow = RIG.replace({"truth.servovalve.pilot_time_constant": 2.8e-3})
+    found = [
+        eft.identification.fine_tune(rig, run.command, run.force, run.velocity, 1024.0) for rig in (RIG, slow)
+    ]
+    assert found[0] == found[1]
+
+
 def test_linear_models_and_margins_judge_the_true_plant():
     key = "servovalve.pilot_time_constant"
     fast, slow = (RIG.replace({f"truth.{key}": factor * RIG[key]}) for factor in (0.8, 1.5))

@@ -90,6 +90,8 @@ pub fn fine_tune(
         return Err(Error::value("compensation.mode", "\"off\"", "must be on: there is nothing to tune"));
     }
     checks::band(band, sample_rate)?;
+    // What the rig is believed to be; its truth is unknown in a laboratory.
+    let rig = &rig.without(&["truth"])?;
     let (low, high) = band;
     plausible(signals)?;
     let spectra = Spectra::new(rig, signals, sample_rate, 4.0 * high)?;
