@@ -158,7 +158,7 @@ def simulate(
     -------
     TestRun
         The run has as many samples as the command. It has fewer if it diverged (see `success`) or if the
-        structure ended it. All samples are finite.
+        structure ended it. All samples are finite, except lost measurements, which are NaN.
 
     Raises
     ------

@@ -85,7 +85,7 @@ type GoOn<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
 /// [`Error::Interrupted`].
 ///
 /// A run ends if its state grows beyond 1e100 or becomes NaN. Its last tick has the flag
-/// [`status::DIVERGED`], and every trace is finite.
+/// [`status::DIVERGED`]. Every trace is finite, except lost measurements, which are NaN.
 ///
 /// # Errors
 /// An invalid command, an interruption, or a building, which needs one command per story.
