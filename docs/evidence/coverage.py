@@ -171,11 +171,13 @@ def nodes(size: str, index: int) -> Iterator[Row]:
     at = np.linspace(-8, 8, 17) * kept["greatest_flow"] / 7
     own = np.array(curve["departure_deviations"])
     share = np.divide(own, np.abs(at), out=np.zeros_like(own), where=at != 0)
+    # The departures' part of the flow gain cancels in the flow, the product of gain and curve.
+    of_gain = max((kept["deviations"]["flow_gain"] / gain) ** 2 - curve["flow_gain_share"] ** 2, 0.0)
     for opening in OPENINGS:
         true_flow = np.interp(opening, openings, flows)
         found = np.interp(opening, openings, run.found_flows)
         deviation = np.sqrt(
-            (kept["deviations"]["flow_gain"] / gain) ** 2
+            of_gain
             + curve["asymmetry_deviation"] ** 2
             + np.interp(found / gain, at[at != 0], share[at != 0]) ** 2
         )

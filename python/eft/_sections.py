@@ -74,6 +74,8 @@ class CurveCorrection(Section):
     """Their standard deviations, m³/s."""
     error: float
     """Rms of the flow of a window that the correction leaves unexplained, m³/s."""
+    flow_gain_share: float
+    """Share of the flow gain that follows from the departures. The table alone has this gain over 1 plus it."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -34,7 +34,7 @@ def run(rig: eft.Rig) -> eft.TestRun:
 def test_the_saved_values_are_those_of_the_traces(run: eft.TestRun) -> None:
     kept = run.calibration
     assert kept is not None
-    assert isinstance(kept, eft.Calibration) and kept["version"] == kept.version == 2
+    assert isinstance(kept, eft.Calibration) and kept["version"] == kept.version == 3
     assert kept.deviations.flow_gain == kept["deviations"]["flow_gain"] and len(kept.curve.departures) == 17
     assert {**kept} == kept == pickle.loads(pickle.dumps(kept)) and dict(kept)["flow_gain"] == kept.flow_gain
     with pytest.raises(dataclasses.FrozenInstanceError):

@@ -404,6 +404,7 @@ typedef struct eft_saved_calibration {
   double departures[EFT_CURVE_NODES]; // m3/s; from the direction, at -8/7 to 8/7 of the greatest flow
   double departure_deviations[EFT_CURVE_NODES]; // m3/s
   double curve_error;                // m3/s; rms part of a window's flow that the correction leaves unexplained
+  double flow_gain_share;            // 1; share of the flow gain that follows from the departures
 } eft_saved_calibration;
 
 // The numbers of a calibration.
@@ -565,7 +566,7 @@ EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 896);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 400);
+EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 408);
 EFT_SIZES(eft_channel, 1288, 2560);
 EFT_SIZES(eft_state, 1608, 3208);
 EFT_SIZES(eft_input, 48, 96);

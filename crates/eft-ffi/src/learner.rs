@@ -60,6 +60,7 @@ data! {
         departures: [f64; EFT_CURVE_NODES], "m3/s; from the direction, at -8/7 to 8/7 of the greatest flow";
         departure_deviations: [f64; EFT_CURVE_NODES], "m3/s";
         curve_error: f64, "m3/s; rms part of a window's flow that the correction leaves unexplained";
+        flow_gain_share: f64, "1; share of the flow gain that follows from the departures";
     }
 }
 // The core's struct has the same fields.

@@ -18,7 +18,7 @@
 use crate::compensation::Deviations;
 use crate::integrity::integrity;
 use crate::learning::checkpoint::Evidence;
-use crate::learning::least_squares::{Estimate, GainAndDelay, Priors};
+use crate::learning::least_squares::{GainAndDelay, Priors};
 use crate::number::Real;
 
 /// Constants of the standard deviations.
@@ -67,7 +67,8 @@ impl<T: Real> Deviation<T> {
 
     /// The standard deviations at the motion's mean-square frequency (1/s²); infinite without evidence. They include
     /// the difference between the estimate in use and the one found, which a bound or a limited rate causes. `of_null`
-    /// is the variance of the null offset by the flow, and its error (1) per relative error of the spool's gain.
+    /// is the variance of the null offset by the flow, and its error (1) per relative error of the spool's gain. `share` is
+    /// the [share](super::flow_curve::FlowCurve::share) of the flow gain that follows from the departures (1).
     pub(crate) fn of(
         &self,
         evidence: &Evidence<T>,
@@ -75,6 +76,7 @@ impl<T: Real> Deviation<T> {
         (flow, found_flow): (&Priors<T>, &GainAndDelay<T>),
         (valve, found_valve): (&Priors<T>, &GainAndDelay<T>),
         [of_null, late_gain]: [T; 2],
+        share: T,
     ) -> Deviations<T> {
         let (zero, squares) = (T::splat(0.0), &evidence.valve.matrix);
         let [[openings, _], _] = *squares;
@@ -88,17 +90,18 @@ impl<T: Real> Deviation<T> {
         let per_time = self.correlation * evidence.newer_openings / (evidence.time * openings);
         let [flow_gain, velocity_delay] = flow.spread(&evidence.flow, squares);
         let [valve_gain, response_delay] = valve.spread(&evidence.valve, squares);
-        let deviation = |errors: T, spread: T, left_out: T, estimate: &Estimate<T>| {
-            (per_time * errors * spread + left_out + estimate.away * estimate.away).sqrt()
+        let deviation = |errors: T, spread: T, left_out: T, away: T| {
+            (per_time * errors * spread + left_out + away * away).sqrt()
         };
         let (flow, spool) = (evidence.flow_errors, evidence.spool_errors);
-        let valve_gain = deviation(spool, valve_gain, left_out.valve_gain, &found_valve.gain);
+        let valve_gain = deviation(spool, valve_gain, left_out.valve_gain, found_valve.gain.away);
+        let flow_away = found_flow.gain.away - share * found_flow.gain.value;
         let by_gain = late_gain * valve_gain / found_valve.gain.value;
         Deviations {
-            flow_gain: deviation(flow, flow_gain, left_out.flow_gain, &found_flow.gain),
+            flow_gain: deviation(flow, flow_gain, left_out.flow_gain, flow_away),
             valve_gain,
-            response_delay: deviation(spool, response_delay, left_out.response_delay, &found_valve.delay),
-            velocity_delay: deviation(flow, velocity_delay, left_out.velocity_delay, &found_flow.delay),
+            response_delay: deviation(spool, response_delay, left_out.response_delay, found_valve.delay.away),
+            velocity_delay: deviation(flow, velocity_delay, left_out.velocity_delay, found_flow.delay.away),
             null_offset: (of_null + self.of_mean(evidence) + by_gain * by_gain).sqrt(),
         }
     }

@@ -19,7 +19,7 @@ mod tests;
 
 use crate::compensation::{CurveGrid, NODES, node_below};
 use crate::integrity::integrity;
-use crate::learning::curve_nodes::{CurveNodes, belief, between};
+use crate::learning::curve_nodes::{CurveNodes, DEPARTURE, belief, between};
 use crate::number::Real;
 
 /// Prior standard deviation of a direction's gain (1).
@@ -96,8 +96,12 @@ pub(crate) struct CurveEvidence<T> {
     /// Sum of instrument times departures, and the mean departure as a share of the flow (1).
     instrument_departures: T,
     common: T,
+    /// Sums over the memory of the flow gain, of the instrument times what straightening adds by the departures, and of the
+    /// squared instrument.
+    recent_departures: T,
+    recent_flows: T,
 }
-integrity!(CurveEvidence<T>: directions, asymmetry, null, sensor, readings, departures, windows, squares, instrument_departures, common);
+integrity!(CurveEvidence<T>: directions, asymmetry, null, sensor, readings, departures, windows, squares, instrument_departures, common, recent_departures, recent_flows);
 
 /// Further state of the correction; flows in steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -180,6 +184,13 @@ impl<T: Real> FlowCurve<T> {
         flow + evidence.asymmetry * flow.abs() + departures - T::splat(shared) * evidence.common * flow
     }
 
+    /// Share of the flow gain (1) that follows from the departures in the [straightened](Self::straightened) flows of its
+    /// memory. The table itself would have the flow gain over 1 plus this share.
+    pub(super) fn share(evidence: &CurveEvidence<T>) -> T {
+        let (flows, most) = (evidence.recent_flows, T::splat(DEPARTURE));
+        if flows > T::splat(0.0) { (evidence.recent_departures / flows).limit(-most, most) } else { flows }
+    }
+
     /// Learns from an accepted window, at a flow gain (1). `keep` is the share of the older sums that remains in the
     /// estimator of the flow gain.
     pub(crate) fn learn(
@@ -202,6 +213,10 @@ impl<T: Real> FlowCurve<T> {
             state.nodes.depart(&mut evidence.departures, node, measured, [variance, self.drift]);
         }
         state.nodes.visit(below);
+        let [_, shared] = SHARED;
+        let departures = s.departures - T::splat(shared) * evidence.common * s.instrument;
+        evidence.recent_departures = keep * evidence.recent_departures + s.instrument * departures;
+        evidence.recent_flows = keep * evidence.recent_flows + s.instrument * s.instrument;
         let keep = T::splat(1.0) - self.forgotten * (T::splat(1.0) - keep);
         Self::gather(evidence, s, flow_gain, keep);
     }

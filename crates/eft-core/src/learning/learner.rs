@@ -352,7 +352,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
         } else {
             [T::splat(f64::INFINITY), T::splat(0.0)]
         };
-        self.deviation.of(&state.evidence, square, flow, valve, of_null)
+        let share = FlowCurve::share(&state.evidence.curve);
+        self.deviation.of(&state.evidence, square, flow, valve, of_null, share)
     }
 
     /// The calibration of a window, at the motion's mean-square frequency (1/s²).

@@ -7,7 +7,7 @@ use crate::compensation::{Deviations, FIRST_NODE, NODES, PIECES};
 use crate::error::{ConfigError, LARGEST, positive, within};
 use crate::learning::checkpoint::Checkpoints;
 use crate::learning::curve_nodes::DEPARTURE;
-use crate::learning::flow_curve::{FARTHEST, FARTHEST_NULL, NULL_BELIEF};
+use crate::learning::flow_curve::{FARTHEST, FARTHEST_NULL, FlowCurve, NULL_BELIEF};
 use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
 use crate::learning::tuning::BISECTIONS;
@@ -58,11 +58,14 @@ pub struct SavedCurve {
     pub departure_deviations: [f64; NODES],
     /// Root mean square (m³/s) of the residual of a window's flow after the correction.
     pub error: f64,
+    /// Share of the flow gain (1) that follows from the departures. The table without the correction would have the flow
+    /// gain over 1 plus this share. The standard deviation of the flow gain contains it.
+    pub flow_gain_share: f64,
 }
 
 impl SavedCalibration {
     /// Version of these data (1); any other is refused.
-    pub const VERSION: u32 = 2;
+    pub const VERSION: u32 = 3;
 }
 
 /// Share of a range by which rounding may put a value beyond it.
@@ -110,6 +113,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
                     .departure_variances(&state.curve.nodes.variances, &curve.departures)
                     .map(|variance| of(variance.sqrt()) * step),
                 error: of(self.curve.mean_square(curve).sqrt()) * step,
+                flow_gain_share: of(FlowCurve::share(curve)),
             },
         }
     }
@@ -142,6 +146,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 let deviation = of(deviation);
                 deviation * deviation
             });
+        // The departures' part of the flow gain is no noise.
+        let most = (T::splat(MOST_LEFT_OUT) * of_flow_gain).sqrt() / state.flow.gain.value;
+        let share = if self.corrects { of(saved.curve.flow_gain_share).limit(-most, most) } else { zero };
+        let of_share = share * state.flow.gain.value;
+        let of_flow_gain = of_flow_gain - of_share * of_share;
         let left_out =
             |not_late, square| self.deviation.left_out(not_late, square, &state.flow, &state.valve.found);
         let square = frequency([of_valve_gain, of_response], |square| {
@@ -199,6 +208,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let known = (&mut state.curve, &mut evidence.curve);
             let gains = [state.flow.gain.value, self.flow_gain];
             self.curve.know(known, error * error, asymmetry, null, gains);
+            self.curve.know_share(&mut evidence.curve, share, excitation * flow.per_period, self.flow_gain);
             let step = self.curve.grid.step;
             // The map increases after every step of the construction.
             for _ in 0..NODES * NODES {
@@ -248,6 +258,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         near("calibration.asymmetry", curve.asymmetry, -FARTHEST, FARTHEST)?;
         positive("calibration.asymmetry_deviation", curve.asymmetry_deviation)?;
         positive("calibration.curve_error", curve.error)?;
+        near("calibration.flow_gain_share", curve.flow_gain_share, -DEPARTURE, DEPARTURE)?;
         let nodes = curve.departures.iter().zip(&curve.departure_deviations);
         for (n, (departure, deviation)) in nodes.enumerate() {
             let reach = DEPARTURE * (n as f64 + FIRST_NODE).abs() * greatest / (PIECES / 2 - 1) as f64;

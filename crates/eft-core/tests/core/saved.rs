@@ -92,6 +92,29 @@ fn the_saved_values_are_those_of_the_last_calibration() {
 }
 
 #[test]
+fn the_deviation_of_the_flow_gain_has_the_departures_share() {
+    // Both directions have the table's flow, so the departures have only what the flow gain lacks.
+    let mut bench = Bench { forward: 1.0, ..Bench::new(&BESIDE) };
+    let found = bench.swing(5.0, false);
+    let saved = bench.saved();
+    let error = |gain: f64| (gain - TRUE.flow_gain).abs();
+    let of_table = saved.flow_gain / (1.0 + saved.curve.flow_gain_share);
+    assert!(error(saved.flow_gain) > 5e-3 && error(of_table) < 0.5 * error(saved.flow_gain), "{saved:?}");
+    // The last two seconds are more than one period.
+    let last: Vec<_> = found.iter().skip(found.len() * 3 / 5).collect();
+    let square = |of: fn(&Calibration<f64>) -> f64| last.iter().map(|c| of(c) * of(c)).sum::<f64>();
+    let ratio = (square(|c| c.deviations.flow_gain) / square(|c| c.flow_gain - TRUE.flow_gain)).sqrt();
+    assert!((0.8..1.25).contains(&ratio), "{ratio}");
+    // One flow gain has no departures.
+    let single = Parameters { learning: Learning { curve_correction: false, ..LEARNS }, ..BESIDE };
+    let mut alone = Bench { forward: 1.0, ..Bench::new(&single) };
+    alone.swing(5.0, false);
+    let alone = alone.saved();
+    assert_eq!(alone.curve.flow_gain_share.to_bits(), 0);
+    assert!(error(alone.flow_gain) < 1e-3 && alone.deviations.flow_gain < 1e-3, "{alone:?}");
+}
+
+#[test]
 fn a_departure_reaches_a_fifth_of_its_flow() {
     let (_, saved) = learned();
     let greatest = BESIDE.flows.iter().fold(0.0, |most, flow| f64::max(most, flow.abs()));
@@ -139,6 +162,8 @@ fn a_learner_continues_from_its_calibration() {
         (response_delay, before.response_delay),
         (velocity_delay, before.velocity_delay),
         (null_offset, before.null_offset),
+        // A share beyond the deviation, by a flow gain that is still on its way, is reduced to it.
+        (again.curve.flow_gain_share, saved.curve.flow_gain_share),
         (again.curve.error, saved.curve.error),
         (again.curve.asymmetry_deviation, saved.curve.asymmetry_deviation),
     ] {
@@ -232,6 +257,7 @@ fn impossible_data_are_refused_by_name() {
     refuses("calibration.asymmetry", |s| s.curve.asymmetry = -0.31);
     refuses("calibration.asymmetry_deviation", |s| s.curve.asymmetry_deviation = 0.0);
     refuses("calibration.curve_error", |s| s.curve.error = 0.0);
+    refuses("calibration.flow_gain_share", |s| s.curve.flow_gain_share = -0.21);
     refuses("calibration.departures", |s| s.curve.departures[7] = f64::NAN);
     refuses("calibration.departures", |s| s.curve.departures[8] = 1e-6);
     refuses("calibration.departure_deviations", |s| s.curve.departure_deviations[2] = -1e-6);

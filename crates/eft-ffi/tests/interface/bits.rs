@@ -153,7 +153,7 @@ macro_rules! precision {
                     assert_eq!(of_core(&saved), core_learner.saved(&core_learner.start_from(&kept).unwrap()));
                     saved.version += 1;
                     let refused = $start(&*learner, &*saved, &mut *learned, &mut *why);
-                    assert_eq!((refused, why.value, why.highest), (EFT_OUT_OF_RANGE, 3.0, 2.0));
+                    assert_eq!((refused, why.value, why.highest), (EFT_OUT_OF_RANGE, 4.0, 3.0));
                     for opening in [-2.0, -0.3, 0.0, 0.1] {
                         let mut flow = 0.0;
                         assert_eq!($flow(&*learner, &*calibration, opening, &mut flow), EFT_OK);

@@ -116,7 +116,7 @@ pub static KEYS: &[Key] = &[
     key("compensation.learning.longest_delay", "", Float(1.0, 100.0), float(4.0), "longest response delay that is learned, over `compensation.response_delay`"),
     key("compensation.learning.age_limit", "s", Float(0.02, 1e3), float(1.0), "age after which the calibration in use has expired: a flag is raised, and a protection trips"),
 
-    key("calibration.version", "", Int(2, 2), Optional, "version of the calibration that an earlier test saved; the adaptive controller starts from it"),
+    key("calibration.version", "", Int(3, 3), Optional, "version of the calibration that an earlier test saved; the adaptive controller starts from it"),
     key("calibration.greatest_flow", "m³/s", Float(1e-12, 1e3), Optional, "greatest flow of the flow table, or the flow gain of the linear scheme, to which the calibration refers"),
     key("calibration.flow_gain", "", Float(1e-2, 1e2), Optional, "true flow over the table's"),
     key("calibration.valve_gain", "", Float(1e-2, 1e2), Optional, "gain of the spool over `compensation.valve_gain`"),
@@ -134,6 +134,7 @@ pub static KEYS: &[Key] = &[
     key("calibration.curve.departures", "m³/s", Floats(17, 17, -1e3, 1e3), Optional, "departures of the flow curve from its directions, at 17 flows from -8/7 to 8/7 of the greatest one"),
     key("calibration.curve.departure_deviations", "m³/s", Floats(17, 17, 0.0, 1e3), Optional, "standard deviations of the departures"),
     key("calibration.curve.error", "m³/s", Float(1e-18, 1e3), Optional, "rms of the flow of a window that the correction leaves unexplained"),
+    key("calibration.curve.flow_gain_share", "", Float(-1.0, 1.0), Optional, "share of the flow gain that follows from the departures"),
 
     key("structure.kind", "", Choice(StructureKind::WORDS), Required, "kind of structure; the keys of other kinds are ignored"),
     key("structure.mass", "kg", Float(1e-3, 1e12), Required, "mass m"),

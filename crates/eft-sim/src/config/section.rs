@@ -209,4 +209,5 @@ entry!(SavedCurve {
     departures: [f64; 17],
     departure_deviations: [f64; 17],
     error: f64,
+    flow_gain_share: f64,
 });

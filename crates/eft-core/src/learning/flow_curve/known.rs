@@ -125,6 +125,20 @@ impl<T: Real> FlowCurve<T> {
         };
         evidence.directions = [of(one - asymmetry), of(one + asymmetry)];
     }
+
+    /// Sets the sums that give this share of the flow gain (1), from the sum of the squared openings (1) and the table's
+    /// slope (m³/s per unit opening).
+    pub(in crate::learning) fn know_share(
+        &self,
+        evidence: &mut CurveEvidence<T>,
+        share: T,
+        openings: T,
+        slope: T,
+    ) {
+        let slope = slope * self.grid.per_flow;
+        evidence.recent_flows = openings * slope * slope;
+        evidence.recent_departures = share * evidence.recent_flows;
+    }
 }
 
 /// Square of the largest error (steps) by the curve's bend beside a node. With a given second difference of the nodes a

@@ -145,6 +145,26 @@ fn a_flow_gain_that_is_known_too_well_bounds_the_systematic_part() {
 }
 
 #[test]
+fn the_departures_part_of_the_flow_gain_is_saved_and_is_no_noise() {
+    let (plain, mut given) = (saved(MOTION), saved(MOTION));
+    let of_share = 0.9 * 4e-3;
+    given.curve.flow_gain_share = -4e-3;
+    let d = &mut given.deviations.flow_gain;
+    *d = libm::sqrt(*d * *d + of_share * of_share);
+    let (alone, state) = (started(&plain), started(&given));
+    near("noise", state.evidence.flow_errors, alone.evidence.flow_errors, 1e-9);
+    near("delay's evidence", state.evidence.flow.matrix[1][1], alone.evidence.flow.matrix[1][1], 1e-9);
+    near("deviation", state.deviations.flow_gain, given.deviations.flow_gain, 1e-6);
+    near("share", learner().saved(&state).curve.flow_gain_share, -4e-3, 1e-9);
+    // A larger share than the deviation leaves a fiftieth of the variance as noise.
+    given.curve.flow_gain_share = 0.1;
+    let state = started(&given);
+    near("deviation", state.deviations.flow_gain, given.deviations.flow_gain, 1e-3);
+    let most = 0.98_f64.sqrt() * given.deviations.flow_gain / 0.9;
+    near("share", learner().saved(&state).curve.flow_gain_share, most, 1e-9);
+}
+
+#[test]
 fn departures_and_their_deviations_are_saved_in_units_of_flow() {
     let given = saved(MOTION);
     let state = started(&given);

@@ -59,6 +59,8 @@ fn evidence() -> CurveEvidence<f64> {
         squares: 0.3,
         instrument_departures: 0.9,
         common: 0.02,
+        recent_departures: 0.7,
+        recent_flows: 9.0,
     }
 }
 
@@ -193,6 +195,18 @@ fn the_common_departure_is_a_share_of_the_flow_with_a_weak_prior() {
     FlowCurve::gather(&mut both, &SAMPLE, 1.1, 0.9);
     let flows = both.directions.iter().map(|direction| direction.flows).sum::<f64>() + 0.01;
     near("common", both.common, 1.1 * both.instrument_departures / flows);
+}
+
+#[test]
+fn the_flow_gains_memory_has_the_departures_and_the_squared_instrument() {
+    let mut learned = evidence();
+    CURVE.learn(&mut state(), &mut learned, &SAMPLE, 1.1, 0.6);
+    // Three tenths of the common departure belong to the flow gain.
+    near("departures", learned.recent_departures, 0.6 * 0.7 + 3.5 * (0.06 - 0.3 * 0.02 * 3.5));
+    near("flows", learned.recent_flows, 0.6 * 9.0 + 3.5 * 3.5);
+    near("share", FlowCurve::share(&evidence()), 0.7 / 9.0);
+    near("nothing", FlowCurve::share(&CurveEvidence::<f64>::default()), 0.0);
+    near("bound", FlowCurve::share(&CurveEvidence { recent_departures: -3.0, ..evidence() }), -0.2);
 }
 
 /// The solution of three linear equations, by Cramer's rule.
