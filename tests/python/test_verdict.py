@@ -53,6 +53,28 @@ def test_an_unstable_loop_is_a_no_however_short_the_test():
     assert run.verdict.changes["compensation.adaptive"] is True
 
 
+def test_a_soft_attachment_is_judged_with_the_lead_for_the_delay_that_is_found():
+    soft = RIG.replace(
+        {
+            "controller.force_loop": "robust",
+            "controller.realization": "digital",
+            "compensation.adaptive": True,
+            "actuator.attachment_stiffness": 3.7e7,
+            "truth.sensors.velocity.delay": 6,
+        }
+    )
+    sweep = eft.sine_sweep(2200.0, 0.0, 10.0, 16.0, 4096.0)
+    run = eft.simulate(soft, sweep)
+    # The configured loop is stable. The lead network for the delay of the velocity excites the oil column.
+    assert _native.margins_within(soft, 4096.0, 1.0, -1.0, 1.0, "steeper")[0] < 0.0
+    assert run.metrics()["nrmse"] > 1.0
+    check = eft.check_feasibility(soft, sweep)
+    assert check.verdict == "no" and "even after self-calibration" in " ".join(check.reasons)
+    # The same delay of a velocity at the structure's side excites nothing.
+    stiff = soft.replace({"sensors.motion_at": "structure"})
+    assert not [reason for reason in eft.simulate(stiff, sweep).verdict.reasons if "unstable" in reason]
+
+
 def test_what_the_rig_does_not_have_is_the_cause_and_no_setting_helps():
     verdict = eft.simulate(RIG, eft.sine_sweep(40_000.0, 0.0, 10.0, 16.0, 4096.0)).verdict
     assert any(reason.startswith("Displacement exceeds") for reason in verdict.reasons)
