@@ -93,7 +93,7 @@ class NeverMade:
 @pytest.mark.parametrize(
     ("controller", "says"),
     [
-        (Nan, "ValueError: step = NaN: must return a finite number, in V"),
+        (Nan, "ValueError: step = NaN: must return a finite number of single precision, in V"),
         (Raises, "ZeroDivisionError: in the middle"),
         (WrongShape, "ValueError: step = an object of type ndarray: must return one number, in V"),
         (NoStep, "ValueError: controller = 'NoStep': must have a method step"),

@@ -64,8 +64,8 @@ def test_a_controller_has_what_the_sensors_report_and_the_next_command():
 @pytest.mark.parametrize(
     ("answer", "says"),
     [
-        (float("nan"), r"^step = NaN: must return a finite number, in V$"),
-        (1e300, r"^step = inf: must return a finite number, in V$"),
+        (float("nan"), r"^step = NaN: must return a finite number of single precision, in V$"),
+        (1e300, r"^step = 1e300: must return a finite number of single precision, in V$"),
         ([1.0, 2.0], r"^step = an object of type list: must return one number, in V$"),
         (np.zeros(3), r"^step = an object of type ndarray: must return one number, in V$"),
         (None, r"^step = an object of type NoneType: must return one number, in V$"),

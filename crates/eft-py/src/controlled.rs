@@ -33,10 +33,14 @@ impl PythonController {
             let found = answer.get_type().name()?;
             return Err(refuse("step", format!("an object of type {found}"), "must return one number, in V"));
         };
-        let volts = volts as f32;
-        match volts.is_finite() {
-            true => Ok(volts),
-            false => Err(refuse("step", volts, "must return a finite number, in V")),
+        match volts as f32 {
+            single if single.is_finite() => Ok(single),
+            // As a number with an exponent.
+            _ => Err(refuse(
+                "step",
+                format!("{volts:?}"),
+                "must return a finite number of single precision, in V",
+            )),
         }
     }
 }
