@@ -281,7 +281,7 @@ typedef struct eft_error {
 // A channel's configuration. One drives any number of actuators.
 typedef struct eft_channel_f32 { uint64_t marker; float value[319]; } eft_channel_f32;
 // The state of a channel. Each actuator has one.
-typedef struct eft_state_f32 { uint64_t marker; float value[400]; } eft_state_f32;
+typedef struct eft_state_f32 { uint64_t marker; float value[405]; } eft_state_f32;
 
 // One tick's command and measurements. A signal that is not given is NaN. If the tick needs it, the tick raises a flag.
 typedef struct eft_input_f32 {
@@ -500,7 +500,7 @@ EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibratio
 /* ---------- Double precision: as above ---------- */
 
 typedef struct eft_channel_f64 { uint64_t marker; double value[319]; } eft_channel_f64;
-typedef struct eft_state_f64 { uint64_t marker; double value[400]; } eft_state_f64;
+typedef struct eft_state_f64 { uint64_t marker; double value[405]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
     double load_pressure; } eft_input_f64;
@@ -568,7 +568,7 @@ EFT_STATIC_ASSERT(sizeof(eft_parameters) == 896);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 408);
 EFT_SIZES(eft_channel, 1288, 2560);
-EFT_SIZES(eft_state, 1608, 3208);
+EFT_SIZES(eft_state, 1632, 3248);
 EFT_SIZES(eft_input, 48, 96);
 EFT_SIZES(eft_output, 96, 168);
 EFT_SIZES(eft_window, 64, 120);

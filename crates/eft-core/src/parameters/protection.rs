@@ -70,8 +70,9 @@ pub struct ProtectionParameters {
     /// Time (s) from the whole valve command to zero in a shutdown.
     pub shutdown_time: f64,
     /// Number of lost or refused samples in a row (1), at most 100,000, that do not cause a shutdown yet. The same number of
-    /// lost commands does not trip yet. With a plausibility watch, three or more readings in a row that jumped are followed
-    /// by half as many held ones and one more, before their sensor counts again.
+    /// lost commands does not trip yet. With a plausibility watch, a sensor with three or more readings that
+    /// jumped counts again only after half this number and one more readings that agree with their prediction. These are held,
+    /// and count as lost.
     pub lost_samples: u32,
     /// Longest time (s) of a fault that the controller reports, before the trip; `f64::MAX` for no limit.
     pub fault_time: f64,

@@ -28,7 +28,7 @@ pub(crate) struct SensorGate<T> {
     pub(crate) chance: T,
     /// Coefficient (1) of the average of a slope.
     pub(crate) share: T,
-    /// Number of readings that must return to their prediction after several that jumped.
+    /// Number of readings in a row that must agree with their prediction after several that jumped.
     pub(crate) returns: u32,
 }
 integrity!(SensorGate<T>: jump, friction, reversing, still, forgetting, chance, share, returns);
@@ -43,7 +43,8 @@ pub(crate) struct Signal<T> {
     slope: T,
     /// Samples in a row that were not accepted.
     pub(crate) lost: u32,
-    /// Readings in a row that agreed with their prediction after several lost ones.
+    /// Numbers among these that disagreed with their prediction, and the readings since that agreed.
+    jumps: u32,
     returned: u32,
     /// Times in a row that the reading repeated itself to the last bit.
     pub(crate) repeats: u32,
@@ -57,13 +58,21 @@ pub(crate) struct Signal<T> {
     pub(crate) jumped: bool,
     seen: bool,
 }
-integrity!(Signal<T>: last, slope, lost, returned, repeats, liveliness, likelihood, step, jumped, seen);
+integrity!(Signal<T>: last, slope, lost, jumps, returned, repeats, liveliness, likelihood, step, jumped, seen);
 
 impl<T: Real> Signal<T> {
     /// Change per sample, low-passed.
     #[inline(always)]
     pub(crate) fn slope(&self) -> T {
         self.slope
+    }
+
+    /// Records a reading that disagrees with its prediction, or is no number.
+    #[cold]
+    fn refuse(&mut self, number: bool) {
+        let jumps = if self.lost > 0 { self.jumps } else { 0 };
+        self.jumps = jumps.saturating_add(u32::from(number));
+        (self.jumped, self.returned) = (number, 0);
     }
 
     /// Whether the last reading was still or a repetition, as the readings of a failed sensor are.
@@ -81,7 +90,7 @@ impl<T: Real> SensorGate<T> {
         let foreseen = signal.last + signal.slope * T::from_u32(signal.lost + 1);
         let agrees = number && (!signal.seen || (reading - foreseen).abs() <= jump);
         if !agrees {
-            (signal.jumped, signal.returned) = (number, 0);
+            signal.refuse(number);
         }
         if !agrees || signal.lost >= SEVERAL && self.must_return(signal) {
             signal.lost = if signal.lost < MOST { signal.lost + 1 } else { MOST };
@@ -103,7 +112,7 @@ impl<T: Real> SensorGate<T> {
     #[cold]
     fn must_return(&self, signal: &mut Signal<T>) -> bool {
         signal.returned = signal.returned.saturating_add(1);
-        signal.jumped && signal.returned <= self.returns
+        signal.jumps >= SEVERAL && signal.returned <= self.returns
     }
 
     /// The probability that a working sensor was as still as this one in its latest readings.
@@ -147,7 +156,7 @@ const ALIVE: f64 = 0.75;
 const LEAST: f64 = 0.13;
 const MARGIN: f64 = 1.6;
 
-/// Number of readings in a row whose jump is no single outlier.
+/// Number of readings without an accepted one between them whose jumps are no single outliers.
 const SEVERAL: u32 = 3;
 /// Upper limit of the counts.
 const MOST: u32 = 1 << 20;

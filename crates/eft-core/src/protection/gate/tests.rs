@@ -35,26 +35,47 @@ fn a_spike_is_lost_and_a_step_stays_lost() {
     assert_eq!((signal.lost, signal.jumped), (20, true));
 }
 
-/// Of a ramp that crosses zero at reading 100, with the wrong sign within `wrong`: the first refused reading, the number of
+/// Of a ramp that crosses zero at reading 100, with other readings within some: the first refused reading, the number of
 /// refused ones, and of those in a row at the end.
-fn refused(wrong: core::ops::Range<i32>) -> (Option<i32>, usize, u32) {
+fn refused(slope: f64, other: impl Fn(i32, f64) -> f64) -> (Option<i32>, usize, u32) {
     let (gate, mut signal) = (gate(), Signal::default());
-    let mut refuses = |n: i32| {
-        let reading = 0.2 * f64::from(n - 100);
-        gate.pass(&mut signal, 1.0, 0.0, if wrong.contains(&n) { -reading } else { reading }).is_nan()
-    };
+    let mut refuses =
+        |n: i32| gate.pass(&mut signal, 1.0, 0.0, other(n, slope * f64::from(n - 100))).is_nan();
     let first = (0..120).find(|&n| refuses(n));
     let further = first.map_or(0, |first| (first + 1..120).filter(|&n| refuses(n)).count());
     (first, usize::from(first.is_some()) + further, signal.lost)
 }
 
 #[test]
-fn several_readings_that_jumped_must_return_for_longer_than_a_reversal_lasts() {
+fn several_readings_that_jumped_must_return_for_longer_than_a_quick_reversal_lasts() {
+    let wrong = |range: core::ops::Range<i32>| {
+        move |n: i32, reading: f64| if range.contains(&n) { -reading } else { reading }
+    };
     // Two outliers are only held. Three are followed by as many held readings as must return.
-    assert_eq!(refused(50..52), (Some(50), 2, 0));
-    assert_eq!(refused(50..53), (Some(50), 9, 0));
+    assert_eq!(refused(0.2, wrong(50..52)), (Some(50), 2, 0));
+    assert_eq!(refused(0.2, wrong(50..53)), (Some(50), 9, 0));
     // The wrong sign agrees with the prediction near the reversal only.
-    assert_eq!(refused(92..120), (Some(92), 28, 28));
+    assert_eq!(refused(0.2, wrong(92..120)), (Some(92), 28, 28));
+    // It agrees for longer near a slower one, and is then small.
+    assert_eq!(refused(0.05, wrong(86..120)), (Some(86), 11, 0));
+}
+
+#[test]
+fn a_lost_reading_is_no_jump_and_does_not_end_several() {
+    let lost = |lost: core::ops::Range<i32>, jumped: core::ops::Range<i32>| {
+        move |n: i32, reading: f64| {
+            if lost.contains(&n) {
+                f64::NAN
+            } else if jumped.contains(&n) {
+                -reading
+            } else {
+                reading
+            }
+        }
+    };
+    // A connection that comes back with one outlier.
+    assert_eq!(refused(0.2, lost(50..54, 54..55)), (Some(50), 5, 0));
+    assert_eq!(refused(0.2, lost(55..56, 50..55)), (Some(50), 12, 0));
 }
 
 /// Readings with noise of one, by the sum of twelve uniform numbers.
@@ -115,6 +136,7 @@ fn signal() -> Signal<f64> {
         last: 5.0,
         slope: 0.25,
         lost: 0,
+        jumps: 0,
         returned: 0,
         repeats: 3,
         liveliness: 0.8,
