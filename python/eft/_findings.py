@@ -207,12 +207,12 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
 def _learned(rig: Rig, rate: float) -> Rig:
     """The rig after self-calibration, with the gains that were designed for the configured rig."""
     changes: dict[str, object] = {"servovalve.flow_gain_scale": 1.0}
-    if rig["controller.velocity_source"] == "sensor":
-        # The lead network also compensates for the delay that was found. The estimate ends twice the response delay above
-        # the configured one.
-        late = _native.delay_budget(rig, rate)["sensor"]
-        known, reach = rig["compensation.velocity_delay"], 2.0 * rig["compensation.response_delay"]
-        changes["compensation.velocity_delay"] = min(max(late, 0.0), known + reach, 0.1)
+    # The lead network also compensates for the velocity's delay that was found, as far as the response delay does not
+    # contain it. The estimate ends twice the response delay above the configured one.
+    budget, own = _native.delay_budget(rig, rate), _native.estimate_delay(rig, rate)
+    configured, known = rig["compensation.response_delay"], rig["compensation.velocity_delay"]
+    late = min(budget["sensor"], budget["path"] - configured) - own
+    changes["compensation.velocity_delay"] = min(max(late, 0.0), known + 2.0 * configured, 0.1)
     if rig["controller.force_loop"] == "robust":
         changes |= design_force_loop(rig, rate).coefficients
         changes |= {"controller.force_loop": "pd", "controller.realization": "digital"}

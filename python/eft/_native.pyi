@@ -27,6 +27,7 @@ __all__ = [
     "coherence",
     "corrected_rig",
     "delay_budget",
+    "estimate_delay",
     "demands",
     "design_force_loop",
     "displacement_spectrum",
@@ -558,6 +559,7 @@ def stability_map(
     quantity: str,
     flow_gain: str,
 ) -> _Array: ...
+def estimate_delay(rig: Rig, sample_rate: float) -> float: ...
 def delay_budget(
     rig: Rig, sample_rate: float | None = None, band: tuple[float, float] = ...
 ) -> dict[str, float]: ...

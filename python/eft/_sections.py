@@ -75,7 +75,10 @@ class CurveCorrection(Section):
     error: float
     """Rms of the flow of a window that the correction leaves unexplained, m³/s."""
     flow_gain_share: float
-    """Share of the flow gain that follows from the departures. The table alone has this gain over 1 plus it."""
+    """Share of the flow gain that follows from the departures.
+
+    The table alone has the flow gain over 1 plus this share.
+    """
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -110,7 +113,8 @@ def calibration_of(section: Mapping[str, Any] | None) -> Calibration | None:
         return None
     values = dict(section)
     deviations = CalibrationDeviations(**_numbers(values.pop("deviations")))
-    curve = CurveCorrection(**_numbers(values.pop("curve")))
+    # Version 2 has no share.
+    curve = CurveCorrection(**{"flow_gain_share": 0.0} | _numbers(values.pop("curve")))
     version = int(values.pop("version"))
     return Calibration(version=version, deviations=deviations, curve=curve, **_numbers(values))
 

@@ -71,8 +71,32 @@ def test_a_soft_attachment_is_judged_with_the_lead_for_the_delay_that_is_found()
     check = eft.check_feasibility(soft, sweep)
     assert check.verdict == "no" and "even after self-calibration" in " ".join(check.reasons)
     # The same delay of a velocity at the structure's side excites nothing.
-    stiff = soft.replace({"sensors.motion_at": "structure"})
-    assert not [reason for reason in eft.simulate(stiff, sweep).verdict.reasons if "unstable" in reason]
+    beside = soft.replace({"sensors.motion_at": "structure"})
+    assert not [reason for reason in eft.simulate(beside, sweep).verdict.reasons if "unstable" in reason]
+
+
+def test_the_lead_that_will_be_found_contains_the_delay_of_a_derivative_and_no_configured_one():
+    learns = eft.Rig.zhao2005().replace(
+        {
+            "controller.force_loop": "robust",
+            "controller.realization": "digital",
+            "compensation.adaptive": True,
+            "actuator.attachment_stiffness": 5e7,
+        }
+    )
+    sweep = eft.sine_sweep(2200.0, 0.0, 10.0, 16.0, 4096.0)
+    late = learns.replace(
+        {"controller.velocity_source": "derivative", "truth.sensors.displacement.delay": 8}
+    )
+    assert eft.simulate(late, sweep).metrics()["nrmse"] > 1.0
+    assert eft.check_feasibility(late, sweep).verdict == "no"
+    # A response delay may contain the sensor's delay.
+    configured = learns.replace({"sensors.velocity.delay": 6, "actuator.attachment_stiffness": 6e7})
+    delay = eft.linear.delay_budget(configured).path
+    configured = configured.replace({"compensation.response_delay": delay})
+    run = eft.simulate(configured, sweep)
+    assert run.metrics()["nrmse"] < 0.1
+    assert not [reason for reason in run.verdict.reasons if "even after self-calibration" in reason]
 
 
 def test_what_the_rig_does_not_have_is_the_cause_and_no_setting_helps():

@@ -89,7 +89,7 @@ def study(
         run at once, and the traces that are kept, need more memory than this machine has. A value that the
         rig refuses is not an error; its row has the reason.
     TypeError
-        If `executor` is something else, for example a client of Dask.
+        If `executor` is no ``concurrent.futures.Executor``, for example a client of Dask.
 
     Warns
     -----

@@ -234,7 +234,7 @@ pub static KEYS: &[Key] = &[
     key("protection.ramp_time", "s", Float(0.0, 1e4), float(0.5), "time of the ramp to zero force after a trip and at the soft end; with the plausibility, a fifth of it, at most 0.1 s, after a trip by a distrusted or lost sensor, and at most 0.1 s after one by the force level"),
     key("protection.soft_end", "", Bool, OFF, "whether the command ends with this ramp"),
     key("protection.shutdown_time", "s", Float(0.0, 1e4), float(0.1), "time of the ramp of the valve command to zero in a shutdown"),
-    key("protection.lost_samples", "samples", Int(0, 100000), int(10), "lost or rejected samples in a row before the shutdown; lost commands in a row before the trip"),
+    key("protection.lost_samples", "samples", Int(0, 100000), int(10), "lost or rejected samples in a row before the shutdown; lost commands in a row before the trip; with the plausibility, three or more readings that jumped add half of this number and one"),
     key("protection.plausibility", "", Bool, ON, "whether the measurements are compared with each other (flow, motion, spool); a trip then uses those that agree"),
     key("protection.force_noise", "N", Float(0.0, 1e9), Optional, "noise of the force per sample in the plausibility; absent means 0.05 % of the actuator's capacity"),
     key("protection.displacement_noise", "m", Float(1e-12, 1.0), Optional, "the same of the displacement; absent means 0.05 % of its trip level, or of 0.1 m"),

@@ -136,7 +136,9 @@ pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f6
     checks::finite("displacement", from, "m")?;
     let samples = samples(duration, sample_rate)?;
     let start = [Motion { displacement: from, ..Motion::default() }];
-    let grid = SimulateOptions::default().grid(rig, sample_rate)?;
+    let too_slow =
+        |_| Error::value("sample_rate", Short(sample_rate), "must be higher: a sample has too many steps");
+    let grid = SimulateOptions::default().grid(rig, sample_rate).map_err(too_slow)?;
     let mut responses = motions(&Structure::pack(&|_| rig), &start, samples, grid, |_, _| [0.0; 2])?;
     let displacement = responses.swap_remove(0).displacement;
     if displacement.iter().all(|x| x.is_finite()) {
