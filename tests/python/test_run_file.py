@@ -184,6 +184,21 @@ def test_a_run_of_a_version_without_a_trace_is_read(tmp_path):
     assert "flow_gain_estimate" in written and "valve_gain_estimate" not in written
 
 
+def test_a_run_of_a_version_whose_calibrations_had_no_share_is_read(tmp_path):
+    run = eft.simulate(RIG.replace({"compensation.adaptive": True}), SHORT)
+    saved = run.save(tmp_path / "old.eft")
+    with np.load(saved, allow_pickle=False) as archive:
+        (told,) = json.loads(str(archive["about"]))["calibrations"]
+    del told["curve"]["flow_gain_share"]
+    told["version"] = 2
+    old = eft.TestRun.load(rewritten(saved, calibrations=[told])).calibration
+    assert old.version == 2 and old.curve.flow_gain_share == 0.0
+    assert old.flow_gain == run.calibration.flow_gain
+    # A controller does not start from it.
+    with pytest.raises(ValueError, match=r"calibration\.version"):
+        RIG.replace({"compensation.adaptive": True, "calibration": old})
+
+
 def test_a_floor_of_an_old_run_lacks_the_same_traces(tmp_path):
     stories = {"masses": [7e3, 8e3], "dampings": [4e3, 4e3], "stiffnesses": [7e5, 7e5]}
     rig = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
