@@ -44,7 +44,9 @@ def test_flow_curve_in_inches_is_that_of_the_rig(folder, capsys):
         write(names[-1], **{"time (s)": time, "spool (%)": 100 * spool, "disp (in)": displacement / 0.0254})
     assert main(["init"]) == 0
     assert main(["identify", "curve", *names, "--rig", "rig.toml", "-o", "curve.toml"]) == 0
-    curve = tomllib.loads((folder / "curve.toml").read_text())["servovalve"]["flow_table"]
+    written = tomllib.loads((folder / "curve.toml").read_text())
+    curve = written["servovalve"]["flow_table"]
+    assert written["actuator"] == {"area_ratio": 1.0}
     truth = np.array(RIG["servovalve.flow_table.flows"])
     inner = np.abs(RIG["servovalve.flow_table.openings"]) < 0.65
     assert np.abs(np.array(curve["flows"]) - truth)[inner].max() < 0.01 * truth[-1]
