@@ -58,7 +58,9 @@ def shows(v: Case) -> Formulas:
     for n, reading in enumerate(READINGS):
         lost = getattr(v.input, reading).is_nan()
         signal, left = before.signals[n], after.signals[n]
-        counted = tuple(f"plausibility.signals.{n}.{name}" for name in ("lost", "jumps", "returned", "jumped"))
+        counted = tuple(
+            f"plausibility.signals.{n}.{name}" for name in ("lost", "jumps", "returned", "jumped")
+        )
         said[f"{reading}: NaN leaves the state of its gate"] = lost.implies(untouched(signal, left, counted))
     return said
 

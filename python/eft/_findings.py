@@ -207,8 +207,8 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
 def _learned(rig: Rig, rate: float) -> Rig:
     """The rig after self-calibration, with the gains that were designed for the configured rig."""
     changes: dict[str, object] = {"servovalve.flow_gain_scale": 1.0}
-    # The lead network also compensates for the velocity's delay that was found, as far as the response delay does not
-    # contain it. The estimate ends twice the response delay above the configured one.
+    # The lead network also compensates for the velocity's delay that was found, as far as the response delay
+    # does not contain it. The estimate ends twice the response delay above the configured one.
     budget, own = _native.delay_budget(rig, rate), _native.estimate_delay(rig, rate)
     configured, known = rig["compensation.response_delay"], rig["compensation.velocity_delay"]
     late = min(budget["sensor"], budget["path"] - configured) - own

@@ -246,7 +246,7 @@ def compare_valves(
 
 
 def with_valve(rig: Rig, sheet: Mapping[str, Any]) -> Rig:
-    """The rig with another valve, at its own pressure. What is only true of the old valve, in ``truth``, goes with it."""
+    """The rig with another valve, at its own pressure. The old valve's part of ``truth`` goes with it."""
     scale = rig["truth.servovalve.flow_gain_scale"]
     old = dict.fromkeys(("truth.servovalve", "servovalve.true_flow_table", "calibration"))
     keys = servovalve(**({"supply_pressure": rig["supply.pressure"]} | dict(sheet)))

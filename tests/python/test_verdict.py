@@ -85,9 +85,7 @@ def test_the_lead_that_will_be_found_contains_the_delay_of_a_derivative_and_no_c
         }
     )
     sweep = eft.sine_sweep(2200.0, 0.0, 10.0, 16.0, 4096.0)
-    late = learns.replace(
-        {"controller.velocity_source": "derivative", "truth.sensors.displacement.delay": 8}
-    )
+    late = learns.replace({"controller.velocity_source": "derivative", "truth.sensors.displacement.delay": 8})
     assert eft.simulate(late, sweep).metrics()["nrmse"] > 1.0
     assert eft.check_feasibility(late, sweep).verdict == "no"
     # A response delay may contain the sensor's delay.
