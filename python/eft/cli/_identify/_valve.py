@@ -111,8 +111,8 @@ def curve(
         for x, q, u, seen in zip(*answer.values(), strict=True)
     ]
     text = table(rows, ("opening", f"flow, {unit.unit}", "±", "measured"))
-    # The curve contains unequal areas.
     keys = {f"servovalve.flow_table.{name}": answer[name] for name in ("openings", "flows")}
+    # The curve contains unequal areas.
     give(answer, text, as_json, output, keys | {"actuator.area_ratio": 1.0})
 
 
