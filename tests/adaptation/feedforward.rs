@@ -87,3 +87,13 @@ fn known_friction_takes_no_force_and_hides_no_latency() {
         assert!(wrong < 0.8 * unknown, "{share}: {wrong} {unknown}");
     }
 }
+
+// In phase with the velocity the lag of the integral part would look like overcompensation.
+#[test]
+fn without_a_feedforward_the_designed_loop_keeps_the_full_level() {
+    let designed = [("controller.force_loop", "robust".into()), ("compensation.adaptive", true.into())];
+    let run = run(&designed, 8900.0);
+    let level = run.level();
+    assert!((0..level.len()).all(|tick| level.at(tick) > 0.999));
+    assert!(nrmse(&run.command, &run.force).unwrap() < 0.08);
+}

@@ -3,6 +3,9 @@
 //! Compensation above the piston's flow gives a force error in phase with the velocity. The actuator then feeds energy
 //! into the structure, beyond an overcompensation of `c/c_add` more than the damping dissipates. The guard measures this
 //! error. It needs neither frequency nor damping of the structure, and acts before the motion has grown.
+//!
+//! The command's own flow makes a force error as well, unless a feedforward supplies it. In phase with the velocity it would
+//! look like overcompensation, so the guard subtracts it. The loop's integral part removes the slow part of this error.
 
 #[cfg(test)]
 mod tests;
@@ -20,6 +23,8 @@ pub(crate) struct Guard<T> {
     pub(crate) force_per_flow: T,
     /// 1 with a feedforward of the command's flow, else 0.
     pub(crate) fed_forward: T,
+    /// Share of the rest by which the flow of the loop's integral part follows in a step; 0 without this part.
+    pub(crate) integrated: T,
     /// Share of the two equal low-passes of error and velocity in a step. Above their corner the loop follows the noise of
     /// its sensors.
     pub(crate) low_pass: T,
@@ -36,7 +41,7 @@ pub(crate) struct Guard<T> {
     /// Lowest level (1).
     pub(crate) lowest: T,
 }
-integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, low_pass, average, slow_average, quiet, tolerated, correction, lowest);
+integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, integrated, low_pass, average, slow_average, quiet, tolerated, correction, lowest);
 
 /// The state of the guard.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +50,8 @@ integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, low_pass, a
 pub(crate) struct GuardState<T> {
     error: LowPass<T>,
     velocity: LowPass<T>,
+    /// Flow (m³/s), not demanded, that the loop's integral part supplies.
+    integral: T,
     /// Mean of the error, which offsets of the sensors cause.
     mean_error: T,
     pumped: T,
@@ -52,7 +59,7 @@ pub(crate) struct GuardState<T> {
     slow_squares: T,
     pub(crate) level: T,
 }
-integrity!(GuardState<T>: error, velocity, mean_error, pumped, squares, slow_squares, level);
+integrity!(GuardState<T>: error, velocity, integral, mean_error, pumped, squares, slow_squares, level);
 
 /// Two equal first-order low-passes in series.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -77,6 +84,7 @@ impl<T: Real> Default for GuardState<T> {
         Self {
             error: LowPass::default(),
             velocity: LowPass::default(),
+            integral: zero,
             mean_error: zero,
             pumped: zero,
             squares: zero,
@@ -90,7 +98,9 @@ impl<T: Real> Guard<T> {
     /// Adds force error (N, measured less command), flow (m³/s) of the actuator beyond the demanded one, and velocity
     /// (m/s).
     pub(crate) fn observe(&self, state: &mut GuardState<T>, error: T, undemanded: T, velocity: T) {
-        state.error = state.error.after(error + self.force_per_flow * undemanded, self.low_pass);
+        state.integral = state.integral + self.integrated * (undemanded - state.integral);
+        let proportional = undemanded - state.integral;
+        state.error = state.error.after(error + self.force_per_flow * proportional, self.low_pass);
         state.velocity = state.velocity.after(velocity, self.low_pass);
         let error = state.error.second - state.mean_error;
         let velocity = state.velocity.second;

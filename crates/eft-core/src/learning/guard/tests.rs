@@ -6,6 +6,7 @@ const GUARD: Guard<f64> = Guard {
     per_added_damping: 1e-5,
     force_per_flow: 0.0,
     fed_forward: 1.0,
+    integrated: 0.0,
     low_pass: 0.1,
     average: 0.02,
     slow_average: 0.005,
@@ -60,6 +61,7 @@ fn state() -> GuardState<f64> {
     GuardState {
         error: LowPass { first: 3.0, second: 4.0 },
         velocity: LowPass { first: 0.5, second: 0.3 },
+        integral: 0.1,
         mean_error: 1.5,
         pumped: 2.0,
         squares: 0.7,
@@ -73,15 +75,28 @@ fn the_guard_averages_the_power_of_the_error_and_the_square_of_the_velocity() {
     let guard = Guard { force_per_flow: 8.0, low_pass: 0.5, average: 0.25, slow_average: 0.125, ..GUARD };
     let mut now = state();
     guard.observe(&mut now, 6.0, -0.25, 0.9);
-    // The flow that was not demanded makes an error of 8 N per m³/s. Each low-pass goes half of the way.
-    near("error", now.error.first, 0.5 * (3.0 + 6.0 - 2.0));
-    near("error", now.error.second, 0.5 * (4.0 + 3.5));
+    // The flow that was neither demanded nor integrated, -0.35 m³/s, makes an error of 8 N per m³/s. Each low-pass goes half
+    // of the way.
+    near("error", now.error.first, 0.5 * (3.0 + 6.0 - 2.8));
+    near("error", now.error.second, 0.5 * (4.0 + 3.1));
     near("velocity", now.velocity.second, 0.5 * (0.3 + 0.7));
-    let (error, velocity) = (3.75 - 1.5, 0.5);
+    let (error, velocity) = (3.55 - 1.5, 0.5);
     near("power", now.pumped, 0.75 * 2.0 + 0.25 * error * velocity);
     near("square", now.squares, 0.75 * 0.7 + 0.25 * velocity * velocity);
     near("slow square", now.slow_squares, 0.875 * 0.6 + 0.125 * velocity * velocity);
     near("level", now.level, 0.9);
+}
+
+#[test]
+fn the_integral_part_supplies_what_was_not_demanded_for_long() {
+    let guard = Guard { force_per_flow: 8.0, low_pass: 1.0, integrated: 0.25, ..GUARD };
+    let mut now = GuardState::default();
+    // The flow of the integral part goes a quarter of the way in each step.
+    for rest in [0.75, 0.5625, 0.421875] {
+        guard.observe(&mut now, 6.0, 0.5, 0.9);
+        near("error", now.error.second, 6.0 + 8.0 * 0.5 * rest);
+    }
+    near("integral", now.integral, 0.5 * (1.0 - 0.421875));
 }
 
 #[test]
@@ -136,9 +151,9 @@ fn a_quiet_motion_changes_no_level() {
 
 #[test]
 fn at_rest_the_guard_has_seen_nothing() {
-    let GuardState { error, velocity, mean_error, pumped, squares, slow_squares, level } =
+    let GuardState { error, velocity, integral, mean_error, pumped, squares, slow_squares, level } =
         GuardState::<f64>::default();
-    assert_eq!([mean_error, pumped, squares, slow_squares].map(f64::to_bits), [0; 4]);
+    assert_eq!([integral, mean_error, pumped, squares, slow_squares].map(f64::to_bits), [0; 5]);
     assert_eq!([error, velocity], [LowPass::default(); 2]);
     near("level", level, 1.0);
 }

@@ -90,6 +90,18 @@ fn the_guard_expects_the_flow_of_the_command_only_from_a_feedforward() {
 }
 
 #[test]
+fn the_guards_low_pass_has_the_delay_of_the_loops_integral_part() {
+    let integrates = Parameters { realization: Realization::Digital, integral_gain: 20.0, ..RIG };
+    let share = of(&integrates).guard.integrated;
+    // The delay with which a low-pass of this share follows a ramp.
+    let lag = (1.0 - share) / share * PERIOD;
+    same("delay", lag, integrates.proportional_gain / integrates.integral_gain);
+    for without in [RIG, Parameters { realization: Realization::Analog, ..integrates }] {
+        same("no integral part", of(&without).guard.integrated + 1.0, 1.0);
+    }
+}
+
+#[test]
 fn a_flow_and_an_opening_compare_by_the_flow_gain() {
     let per_square_flow = 1.0 / 7.0e-3 / 7.0e-3;
     same("gate", learner().gate.per_square_flow, per_square_flow);
