@@ -5,7 +5,7 @@
  */
 #ifndef EFT_RIG_GUARDED_H
 #define EFT_RIG_GUARDED_H
-#define EFT_RIG_GUARDED_CHECKSUM 0x2ac0fbe3
+#define EFT_RIG_GUARDED_CHECKSUM 0x45f8937f
 
 #include <float.h>
 
@@ -38,7 +38,7 @@ static const eft_parameters EFT_RIG_GUARDED = {
   10.072327505043758, /* gain_on_velocity, 1/s */
   736.1872211790367, /* gain_on_drift, 1/s2 */
   7040.0, /* mass, kg */
-  1.1254828529960618e-7, /* velocity_delay, s */
+  1.1254828530642381e-7, /* velocity_delay, s */
   0u, /* computation_delay, samples */
   1, /* feedforward */
   0, /* look_ahead */
@@ -94,6 +94,6 @@ static const eft_parameters EFT_RIG_GUARDED = {
   0u, /* stuck_samples, samples */
 };
 
-#elif EFT_RIG_GUARDED_CHECKSUM != 0x2ac0fbe3
+#elif EFT_RIG_GUARDED_CHECKSUM != 0x45f8937f
 #error "two rigs are called EFT_RIG_GUARDED: export one of them with another --name"
 #endif

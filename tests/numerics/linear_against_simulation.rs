@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use eft::sim::config::{MotionAt, Realization, RigValues, SupplySchedule};
+use eft::sim::config::{MotionAt, Realization, RigValues, SupplySchedule, VelocitySource};
 use eft::sim::excitation::Command;
 use eft::sim::linear::{FlowGain, Time, linearize, stability_margin};
 use eft::sim::{RigConfig, SimulateOptions, TestRun, simulate};
@@ -49,8 +49,9 @@ fn worst_error(rig: &RigConfig, tones: &[f64]) -> (f64, String) {
     let run = run(rig, tones.to_vec());
     let model = linearize(rig, FlowGain::Mean, Time::Sampled(RATE)).unwrap();
     let mut worst = (0.0, String::new());
-    let outputs = ["force", "velocity", "spool", "compensation"];
-    let signals = [&run.command, &run.force, &run.velocity, &run.spool, &run.compensation];
+    let outputs = ["force", "velocity", "spool", "compensation", "measured_velocity"];
+    let signals: [&[f64]; 6] =
+        [&run.command, &run.force, &run.velocity, &run.spool, &run.compensation, &run.measured_velocity()];
     let settled = signals.map(|signal| &signal[(SETTLE * RATE) as usize..]);
     for frequency in TONES {
         let [(re, im), found @ ..] = coefficients(settled, frequency);
@@ -86,7 +87,7 @@ type Case<'a> = (&'a str, &'a dyn Fn(&mut RigValues));
 
 #[test]
 fn sampled_model_predicts_the_small_signal_response_to_50_hz() {
-    let cases: [Case; 16] = [
+    let cases: [Case; 20] = [
         ("analog", &|_| ()),
         ("digital", &|rig| rig.controller.realization = Realization::Digital),
         ("late", &|rig| rig.compensation.computation_delay = 3),
@@ -145,6 +146,33 @@ fn sampled_model_predicts_the_small_signal_response_to_50_hz() {
             for flow in &mut rig.servovalve.flow_table.flows {
                 *flow /= pulling * if *flow < 0.0 { 1.3_f64.sqrt() } else { 1.0 };
             }
+        }),
+        ("derivative", &|rig| {
+            rig.controller.velocity_source = VelocitySource::Derivative;
+            rig.sensors.displacement.delay = 2;
+            rig.sensors.displacement.bandwidth = Some(400.0);
+            rig.sensors.displacement.gain = 0.98;
+        }),
+        ("derivative at a soft attachment", &|rig| {
+            rig.controller.velocity_source = VelocitySource::Derivative;
+            rig.actuator.attachment_stiffness = Some(2e8);
+            rig.controller.proportional_gain = 0.3;
+        }),
+        ("observer at a soft attachment", &|rig| {
+            rig.controller.velocity_source = VelocitySource::Observer;
+            rig.controller.observer_mass = Some(7000.0);
+            rig.controller.realization = Realization::Digital;
+            rig.actuator.attachment_stiffness = Some(2e8);
+            rig.controller.proportional_gain = 0.3;
+            rig.sensors.displacement.delay = 8;
+            rig.sensors.force.delay = 1;
+            rig.sensors.force.gain = 1.02;
+        }),
+        ("accelerometer", &|rig| {
+            rig.controller.velocity_source = VelocitySource::Accelerometer;
+            rig.sensors.acceleration.bandwidth = Some(500.0);
+            rig.sensors.acceleration.delay = 1;
+            rig.sensors.acceleration.gain = 1.03;
         }),
         ("underlap", &|rig| {
             rig.servovalve.overlap = -0.005;

@@ -230,18 +230,20 @@ def test_a_model_is_pickled_whole(sampled):
         make((*matrices[:2], matrices[0], matrices[3]), names, sample_time)
 
 
-def test_a_velocity_that_is_estimated_is_named_where_the_model_has_its_sensor():
+def test_the_continuous_model_names_an_estimated_velocity_and_the_sampled_one_contains_it():
     observer = {"controller.velocity_source": "observer", "controller.observer_mass": 7040.0}
     rig = RIG.replace(observer | {"compensation.adaptive": True})
-    expected = ["controller.velocity_source", "compensation.adaptive"]
-    for sampled in (False, True):
+    own = ["compensation.adaptive", "controller.velocity_source"]
+    for sampled, expected in ((False, own), (True, own[:1])):
         assert eft.linearize(rig, sampled=sampled).left_out == expected
     found = eft.linear.stability_map(
-        RIG.replace(observer),
-        ("compensation.level", [0.9, 1.0, 1.1]),
-        ("controller.velocity_source", ["sensor", "observer"]),
+        RIG,
+        ("servovalve.overlap", [0.0, 0.001]),
+        ("controller.velocity_source", ["sensor", "derivative"]),
     )
-    assert found.left_out == ("controller.velocity_source",)
+    assert found.left_out == ("servovalve.overlap",)
+    sensor, derivative = found.values[:, 0]
+    assert sensor != derivative
     assert (
         eft.linear.stability_map(
             RIG, ("compensation.level", [1.0, 1.1]), ("structure.damping", [4e3])

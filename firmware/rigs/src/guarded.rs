@@ -31,7 +31,7 @@ pub const PARAMETERS: Parameters = Parameters {
     response_delay: 0.005, // s
     lead_alpha: 0.1, // 1
     velocity_source: VelocitySource::Observer { gains: [0.0688998387462796, 10.072327505043758, 736.1872211790367], mass: 7040.0 },
-    velocity_delay: 1.1254828529960618e-7, // s
+    velocity_delay: 1.1254828530642381e-7, // s
     computation_delay: 0, // samples
     feedforward: true,
     look_ahead: false,

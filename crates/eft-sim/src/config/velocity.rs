@@ -62,4 +62,14 @@ impl RigConfig {
         // A lead network cannot compensate for a lead.
         Ok(estimate.delay(sample_rate, BAND, |_| [Complex::ONE; 2])?.max(0.0))
     }
+
+    /// The delay (s) for which the lead network compensates before anything is learned. A learning controller adds
+    /// that of its own estimate of the velocity.
+    ///
+    /// # Errors
+    /// As [`observer_gains`](Self::observer_gains).
+    pub(crate) fn first_lead(&self, sample_rate: f64) -> Result<f64> {
+        let own = if self.compensation.adaptive { self.velocity_delay(sample_rate)? } else { 0.0 };
+        Ok(self.compensation.lead_delay() + own)
+    }
 }

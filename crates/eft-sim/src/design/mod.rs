@@ -14,4 +14,4 @@ pub use held_piston::HeldPiston;
 pub(crate) use held_piston::PRESSURE;
 pub use latest::design;
 pub use phase_delay::phase_delay;
-pub(crate) use velocity_estimate::{ObserverNoises, VelocityEstimate, observer_gains};
+pub(crate) use velocity_estimate::{EstimateStates, ObserverNoises, VelocityEstimate, observer_gains};

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, Matrix3, Vector3};
+use nalgebra::{Complex, DMatrix, Matrix3, Vector2, Vector3};
 
 use super::phase_delay;
 use crate::checks;
@@ -73,33 +73,66 @@ pub(crate) fn observer_gains(noises: &ObserverNoises, sample_rate: f64) -> Resul
     Err(refuse())
 }
 
+/// An estimate's state space, `x(n) = A·x(n − 1) + B·u(n)`.
+#[derive(Debug, Clone)]
+pub(crate) struct EstimateStates {
+    pub(crate) a: DMatrix<f64>,
+    /// A column for the displacement (m), and one for the acceleration (m/s²).
+    pub(crate) b: DMatrix<f64>,
+}
+
+impl EstimateStates {
+    /// Index of the state that is the estimate (m/s) of the same sample.
+    pub(crate) const VELOCITY: usize = 1;
+}
+
 impl VelocityEstimate {
-    /// The estimated velocity over the true one at a frequency (Hz). `seen` has the ratios of its inputs,
-    /// displacement and acceleration, to the true ones.
-    pub(crate) fn response(&self, sample_rate: f64, frequency: f64, seen: [Complex<f64>; 2]) -> Complex<f64> {
-        let [displacement, acceleration] = seen;
+    /// The states at a sample rate (Hz).
+    pub(crate) fn states(&self, sample_rate: f64) -> EstimateStates {
         let period = 1.0 / sample_rate;
-        let s = Complex::new(0.0, TAU * frequency);
-        let back = (-s * period).exp();
-        let one = Complex::new(1.0, 0.0);
         match *self {
             Self::Derivative { corner } => {
                 let angle = TAU * corner * period;
                 let share = (angle / (1.0 + 0.5 * angle)).min(1.0);
-                let low_pass = Complex::from(share) / (one - back * (1.0 - share));
-                displacement * (one - back) / s * sample_rate * low_pass * low_pass
+                let slope = share * sample_rate;
+                // First low-pass, second low-pass, displacement.
+                let a = [
+                    [1.0 - share, 0.0, -slope],
+                    [share * (1.0 - share), 1.0 - share, -share * slope],
+                    [0.0, 0.0, 0.0],
+                ];
+                let b = [[slope, 0.0], [share * slope, 0.0], [1.0, 0.0]];
+                EstimateStates {
+                    a: DMatrix::from_row_slice(3, 3, a.as_flattened()),
+                    b: DMatrix::from_row_slice(3, 2, b.as_flattened()),
+                }
             }
             Self::Observer(gains) => {
-                let mean = s * acceleration * (one + back) * 0.5;
-                let a = transition(period).map(Complex::from);
-                let gain = Vector3::from(gains).map(Complex::from);
-                let keep =
-                    Matrix3::identity() - gain * Vector3::new(one, Complex::ZERO, Complex::ZERO).transpose();
-                let driven = keep * input(period).map(Complex::from) * mean + gain * displacement / s;
-                let system = Matrix3::identity() - keep * a * back;
-                system.try_inverse().map_or(one, |inverse| (inverse * driven)[1])
+                let gain = Vector3::from(gains);
+                let keep = Matrix3::identity() - gain * Vector3::x().transpose();
+                // The mean of this acceleration and of the last one, which is the fourth state.
+                let half = keep * input(period) * 0.5;
+                let (mut a, mut b) = (DMatrix::zeros(4, 4), DMatrix::zeros(4, 2));
+                a.view_mut((0, 0), (3, 3)).copy_from(&(keep * transition(period)));
+                a.view_mut((0, 3), (3, 1)).copy_from(&half);
+                b.view_mut((0, 0), (3, 1)).copy_from(&gain);
+                b.view_mut((0, 1), (3, 1)).copy_from(&half);
+                b[(3, 1)] = 1.0;
+                EstimateStates { a, b }
             }
         }
+    }
+
+    /// The estimated velocity over the true one at a frequency (Hz). `seen` has the ratios of its inputs,
+    /// displacement and acceleration, to the true ones.
+    pub(crate) fn response(&self, sample_rate: f64, frequency: f64, seen: [Complex<f64>; 2]) -> Complex<f64> {
+        let [displacement, acceleration] = seen;
+        let s = Complex::new(0.0, TAU * frequency);
+        let EstimateStates { a, b } = self.states(sample_rate);
+        let back = Complex::cis(-TAU * frequency / sample_rate);
+        let system = DMatrix::identity(a.nrows(), a.nrows()) - a.map(|value| back * value);
+        let driven = b.map(Complex::from) * Vector2::new(displacement / s, acceleration * s);
+        system.try_inverse().map_or(Complex::ONE, |inverse| (inverse * driven)[EstimateStates::VELOCITY])
     }
 
     /// The delay (s) of the estimate over a band (Hz); negative if it leads. `seen` gives for a frequency

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::FlowGain;
 use super::plant::{LinearPlant, left_out};
-use crate::config::RigConfig;
+use crate::config::{RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::state_space::StateSpace;
 
@@ -112,6 +112,9 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
         (sensors.force.delay, "sensors.force.delay"),
     ];
     left_out.extend(delays.iter().filter(|(samples, _)| *samples > 0).map(|(_, key)| (*key).to_owned()));
+    if controller.velocity_source != VelocitySource::Sensor {
+        left_out.push("controller.velocity_source".to_owned());
+    }
     Ok(StateSpace {
         b: b + &a * &r,
         d: &c * r,
@@ -129,7 +132,7 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
 mod tests {
     use super::super::{Mode as Vibration, inverse_dynamics};
     use super::*;
-    use crate::config::{Mode, MotionAt, RigValues, VelocitySource};
+    use crate::config::{Mode, MotionAt, RigValues};
     use nalgebra::Complex;
 
     fn changed(change: impl Fn(&mut RigValues)) -> RigConfig {
@@ -323,8 +326,13 @@ mod tests {
         });
         let rig = rig.unwrap();
         let left_out = continuous(&rig, FlowGain::Nominal).unwrap().left_out;
-        let expected = ["servovalve.overlap", "controller.velocity_source", "compensation.adaptive"];
-        assert_eq!(left_out[..3], expected);
+        let expected = [
+            "servovalve.overlap",
+            "compensation.adaptive",
+            "compensation.computation_delay",
+            "controller.velocity_source",
+        ];
+        assert_eq!(left_out, expected);
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod margin;
 mod plant;
 mod sampled;
 mod velocity;
+mod velocity_signal;
 
 pub use delay_budget::{DelayBudget, delay_budget};
 pub use gains::FlowGain;

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::Gains;
-use crate::config::{AtRest, MotionAt, RigConfig, Story, StructureKind, VelocitySource};
+use crate::config::{AtRest, MotionAt, RigConfig, Story, StructureKind};
 use crate::design::PRESSURE;
 use crate::plant::Supply;
 
@@ -116,6 +116,19 @@ impl LinearPlant {
         row
     }
 
+    /// The displacement (m) where it is measured as a row over the states.
+    pub(super) fn displacement(&self, actuator: usize) -> RowDVector<f64> {
+        let mut row = RowDVector::zeros(self.states());
+        row[self.index(actuator, PRESSURE)] = self.yielding;
+        row[self.index(actuator, DISPLACEMENT)] = 1.0;
+        row
+    }
+
+    /// The acceleration (m/s²) of the structure as a row over the states.
+    pub(super) fn acceleration(&self, actuator: usize) -> RowDVector<f64> {
+        self.a.row(self.index(actuator, VELOCITY)).into_owned()
+    }
+
     /// The measured force (N) as a row over the states.
     pub(super) fn shown(&self, actuator: usize) -> RowDVector<f64> {
         let mut row = RowDVector::zeros(self.states());
@@ -179,8 +192,7 @@ fn stories(rig: &RigConfig) -> Vec<Story> {
 }
 
 /// Keys of a rig with an effect on small signals that no linear model contains. These are dead zone, offset,
-/// friction, constant leakage, a damper that is infinitely steep at rest, an estimated velocity, a delayed command,
-/// and changing estimates.
+/// friction, constant leakage, a damper that is infinitely steep at rest, a delayed command, and changing estimates.
 pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let (plant, compensation) = (rig.plant(), &rig.compensation);
     let (valve, structure) = (&plant.servovalve, &plant.structure);
@@ -192,7 +204,6 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
         (valve.leakage.constant > 0.0, "servovalve.leakage.constant"),
         (plant.actuator.friction > 0.0, "actuator.friction"),
         (steep && !building, "structure.power_damper"),
-        (rig.controller.velocity_source != VelocitySource::Sensor, "controller.velocity_source"),
         (rig.controller.force_delay > 0.0, "controller.force_delay"),
         (compensation.adaptive, "compensation.adaptive"),
         (compensation.guard, "compensation.guard"),

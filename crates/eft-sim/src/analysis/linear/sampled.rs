@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use super::chain::{Chain, Signal};
 use super::gains::{FlowGain, Gains};
 use super::plant::{LinearPlant, left_out};
+use super::velocity_signal::VelocitySignal;
 use crate::checks;
 use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
@@ -36,7 +37,7 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
     }
     // A case for each state, then for each command at the tick, then for each command at the next one.
     let cases = DMatrix::identity(states + 2 * inputs, states + 2 * inputs);
-    let (next, compensation) = ticker.tick(
+    let (next, signals) = ticker.tick(
         &cases.rows(0, states).into_owned(),
         &cases.rows(states, inputs).into_owned(),
         &cases.rows(states + inputs, inputs).into_owned(),
@@ -45,13 +46,15 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
     let (now, ahead) = (next.columns(states, inputs), next.columns(states + inputs, inputs));
     let (mut c, mut outputs) = ticker.plant.outputs(states);
     let last = c.nrows();
-    c = c.resize_vertically(last + inputs, 0.0);
-    c.rows_mut(last, inputs).copy_from(&compensation.columns(0, states));
-    outputs.extend((0..inputs).map(|actuator| ticker.plant.name("compensation", actuator)));
+    c = c.resize_vertically(last + signals.nrows(), 0.0);
+    c.rows_mut(last, signals.nrows()).copy_from(&signals.columns(0, states));
+    for signal in ["compensation", "measured_velocity"] {
+        outputs.extend((0..inputs).map(|actuator| ticker.plant.name(signal, actuator)));
+    }
     // X' = A·X + now·u + ahead·u' takes the standard form with the state X − ahead·u.
     let mut d = &c * ahead;
-    let mut last_rows = d.rows_mut(last, inputs);
-    last_rows += compensation.columns(states, inputs);
+    let mut last_rows = d.rows_mut(last, signals.nrows());
+    last_rows += signals.columns(states, inputs);
     Ok(StateSpace {
         b: now + &a * ahead,
         d,
@@ -71,6 +74,8 @@ struct Ticker<'a> {
     plant: LinearPlant,
     gains: Gains,
     sample_rate: f64,
+    /// Delay (s) for which the lead network compensates.
+    lead: f64,
     carried: DMatrix<f64>,
     /// Effect of the signals within a sample, in the order of [`within_a_sample`], on the plant's states.
     driven: DMatrix<f64>,
@@ -81,7 +86,7 @@ struct Ticker<'a> {
 /// Index of a controller's first state, and the chains of its signals.
 struct DigitalSide {
     at: usize,
-    velocity: Chain,
+    velocity: VelocitySignal,
     force: Chain,
     computation: Chain,
     converter: Chain,
@@ -114,19 +119,17 @@ impl<'a> Ticker<'a> {
         for actuator in 0..plant.actuators {
             let at = names.len();
             let own = controller_states(rig);
-            let sensors = &rig.plant().sensors;
-            let (velocity, force) = (&sensors.velocity, &sensors.force);
-            let velocity =
-                Chain::new(at + own.len(), velocity.bandwidth, velocity.delay as usize, sample_rate);
+            let velocity = VelocitySignal::new(rig, at + own.len(), sample_rate)?;
             // The bandwidth of the load cell is part of the plant.
-            let force = Chain::new(velocity.end(), None, force.delay as usize, sample_rate);
+            let delay = rig.plant().sensors.force.delay as usize;
+            let force = Chain::new(velocity.end(), None, delay, sample_rate);
             let delay = rig.compensation.computation_delay as usize;
             let computation = Chain::new(force.end(), None, delay, sample_rate);
             let delay = rig.plant().dac.delay as usize;
             let converter = Chain::new(computation.end(), None, delay, sample_rate);
             names.extend(own.iter().map(|name| plant.name(name, actuator)));
             let chains = [
-                velocity.names("velocity"),
+                velocity.names(),
                 force.names("force"),
                 computation.names("compensation"),
                 converter.names("converter"),
@@ -141,6 +144,7 @@ impl<'a> Ticker<'a> {
             driven: step.view((0, states), (states, SIGNALS * plant.actuators)).into_owned(),
             digital,
             names,
+            lead: rig.first_lead(sample_rate)?,
             rig,
             plant,
             gains,
@@ -148,8 +152,8 @@ impl<'a> Ticker<'a> {
         })
     }
 
-    /// The states after a tick with the commands (N) at its start and at its end, and the compensations (V)
-    /// within it. Each column is a case.
+    /// The states after a tick with the commands (N) at its start and at its end, and within it the compensations
+    /// (V) and then the velocities (m/s) that the controllers use. Each column is a case.
     fn tick(
         &self,
         state: &DMatrix<f64>,
@@ -159,14 +163,13 @@ impl<'a> Ticker<'a> {
         let cases = state.ncols();
         let mut next = DMatrix::zeros(state.nrows(), cases);
         let mut signals = DMatrix::zeros(SIGNALS * self.plant.actuators, cases);
-        let mut compensations = DMatrix::zeros(self.plant.actuators, cases);
+        let mut within = DMatrix::zeros(2 * self.plant.actuators, cases);
         let control = &self.rig.controller;
         let plant = state.rows(0, self.plant.states());
         for (i, side) in self.digital.iter().enumerate() {
             let (command, next_command) = (commands.row(i), next_commands.row(i));
-            let read = self.plant.velocity(i) * plant * self.rig.plant().sensors.velocity.gain;
-            let velocity = side.velocity.pass(state, &mut next, read);
             let force = side.force.pass(state, &mut next, self.plant.shown(i) * plant);
+            let velocity = side.velocity.pass(&self.plant, i, state, &mut next, &force);
             let computed = self.compensation(side.at, state, &mut next, &velocity, &command.into_owned());
             let mut compensation = side.computation.pass(state, &mut next, computed);
             match control.realization {
@@ -191,11 +194,12 @@ impl<'a> Ticker<'a> {
                     signals.set_row(SIGNALS * i + 2, &side.converter.pass(state, &mut next, output));
                 }
             }
-            compensations.set_row(i, &compensation);
+            within.set_row(i, &compensation);
+            within.set_row(self.plant.actuators + i, &velocity);
         }
         let moved = &self.carried * plant + &self.driven * signals;
         next.rows_mut(0, moved.nrows()).copy_from(&moved);
-        (next, compensations)
+        (next, within)
     }
 
     /// The compensation (V) computed at this tick by the controller with its first state at index `at`.
@@ -217,7 +221,7 @@ impl<'a> Ticker<'a> {
         }
         let opening = flow * self.gains.opening_per_flow;
         // The lead network by Tustin's rule, as a gain and a washout.
-        let delay = compensation.lead_delay();
+        let delay = self.lead;
         let lag = 2.0 * compensation.lead_alpha * delay / (1.0 - compensation.lead_alpha);
         let period = 1.0 / self.sample_rate;
         let pole = if delay > 0.0 { (lag - period) / (lag + period) } else { 0.0 };
@@ -257,4 +261,22 @@ fn within_a_sample(rig: &RigConfig, plant: &LinearPlant) -> DMatrix<f64> {
         }
     }
     a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::VelocitySource;
+
+    #[test]
+    fn a_learning_controller_knows_the_delay_of_its_own_derivative() {
+        let derived = RigConfig::zhao2005()
+            .with(|rig| rig.controller.velocity_source = VelocitySource::Derivative)
+            .unwrap();
+        let own = derived.velocity_delay(4096.0).unwrap();
+        let told = derived.with(|rig| rig.compensation.velocity_delay = own).unwrap();
+        let learns = derived.with(|rig| rig.compensation.adaptive = true).unwrap();
+        let of = |rig: &RigConfig| sampled(rig, FlowGain::Mean, 4096.0).unwrap().a;
+        assert!((of(&told) - of(&learns)).amax() < 1e-12 && of(&told) != of(&derived));
+    }
 }
