@@ -208,8 +208,8 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
 
 def _learned(rig: Rig, rate: float) -> Rig:
     """The rig after self-calibration, with the gains that were designed for the configured rig."""
-    # Found are the delay of the valve, with hold and computation, and that of the velocity. The latter ends twice
-    # the configured response delay above what is known of it.
+    # Found are the delay of the valve, with hold and computation, and that of the velocity. The latter ends
+    # twice the configured response delay above what is known of it.
     budget = _native.delay_budget(rig, rate)
     known = rig["compensation.velocity_delay"] + _native.estimate_delay(rig, rate)
     longest = known + 2.0 * rig["compensation.response_delay"]
@@ -231,7 +231,7 @@ def _learned(rig: Rig, rate: float) -> Rig:
 
 
 def _velocity_gain(rig: Rig, rate: float) -> float:
-    """The velocity that the controllers use over the true one, both rms, in the motion under a broad command."""
+    """The velocity that the controllers use over the true one, both rms, under a broad command."""
     model = _native.linearize(rig, sampled=True, sample_rate=rate)
     velocities = [name for name in model.outputs if name.startswith("velocity")]
     used, true = (

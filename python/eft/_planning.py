@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from eft import _native
 from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, worst
 from eft._native import Command, Rig
+from eft._prediction import of_prediction, predicted
 from eft._read_only import read_only
 from eft._results import Result
 
@@ -103,6 +104,11 @@ class Feasibility(Result):
     """The largest stable compensation level; None if no level is stable."""
     smallest_sample_rate: float | None
     """Hz; None if no rate is safe."""
+    force_error: float | None
+    """Of the force at small motion, below 20 Hz, rms over rms; None with self-calibration or a guard, or
+    without a stable linear model."""
+    displacement_error: float | None
+    """Of the displacement against the ideal one, likewise."""
 
 
 class InverseDynamics(NamedTuple):
@@ -266,7 +272,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     For a shear building the demands are those of the actuator with the largest ones; the pump's mean flow is
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
-    ``eft check`` runs such a test.
+    ``eft check`` runs such a test. The errors of force and displacement are those of the linear model. A
+    large opening, friction, noise or a limit makes larger ones.
 
     Parameters
     ----------
@@ -278,7 +285,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     Returns
     -------
     Feasibility
-        Verdict, reasons, demands, the simplest scheme that suffices, margin and sample rate.
+        Verdict, reasons, demands, the simplest scheme that suffices, margin, sample rate, predicted errors.
 
     Raises
     ------
@@ -295,10 +302,15 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     found = _native.check_feasibility(rig, command)
     rate = command.sample_rate
     findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate)]
+    errors = predicted(rig, command)
+    if errors is not None:
+        findings += of_prediction(rig, rate, errors)
     findings.sort(key=lambda one: -GRADES.index(one.grade))
     demands = tuple(Demand(**demand) for demand in found.pop("demands"))
     reasons = tuple(one.sentence for one in findings)
-    return Feasibility(worst(one.grade for one in findings), reasons, demands, **found)
+    grade = worst(one.grade for one in findings)
+    force, displacement = errors or (None, None)
+    return Feasibility(grade, reasons, demands, **found, force_error=force, displacement_error=displacement)
 
 
 _SCHEMES = ("off", "linear", "nonlinear")

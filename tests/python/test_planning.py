@@ -88,3 +88,50 @@ def test_feasibility_of_the_paper_s_sweeps():
 def test_bad_arguments_are_named(call, says):
     with pytest.raises(ValueError, match=says):
         call()
+
+
+LATE = {"controller.velocity_source": "derivative", "truth.sensors.displacement.delay": 4}
+STORIES = {
+    "structure.kind": "shear_building",
+    "structure.stories.masses": [7040.0, 6000.0],
+    "structure.stories.dampings": [5200.0, 4800.0],
+    "structure.stories.stiffnesses": [2.6e6, 2.3e6],
+}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"compensation.mode": "off"},
+        {"compensation.level": 0.9, "controller.force_loop": "robust"},
+        LATE,
+        STORIES | LATE,
+    ],
+)
+def test_predicted_errors_are_those_of_a_small_test(changes):
+    rig = RIG.replace(changes)
+    masses = rig["structure.stories.masses"] if "structure.kind" in changes else 7040.0
+    record = eft.Record(RECORD.acceleration, RECORD.dt, "noise").band_passed(0.5, 8.0)
+    command = eft.effective_force(record.scaled(acceleration=0.05 / record.pga), masses, 4096.0)
+    found = eft.check_feasibility(rig, command)
+    metrics = eft.simulate(rig, command).metrics()
+    assert found.force_error == pytest.approx(np.max(metrics.nrmse), rel=0.1)
+    assert found.displacement_error == pytest.approx(np.max(metrics.displacement_error), rel=0.1)
+
+
+def test_a_predicted_error_beyond_its_limit_is_a_reason_with_its_cause():
+    command = eft.sine_sweep(2000.0, 0.0, 10.0, 16.0, 4096.0)
+    late = RIG.replace({"controller.velocity_source": "derivative"})
+    found = eft.check_feasibility(late, command)
+    assert found.verdict == "no" and "the lead network compensates for 5 ms" in " ".join(found.reasons)
+    told = late.replace({"compensation.velocity_delay": eft.linear.delay_budget(late).sensor})
+    better = eft.check_feasibility(told, command)
+    assert better.displacement_error < 0.2 * found.displacement_error
+    assert "compensates for" not in " ".join(better.reasons)
+    # What self-calibration reaches only a test shows, and an unstable loop has no error.
+    for changes in ({"compensation.adaptive": True}, {"compensation.level": 1.1}):
+        answer = eft.check_feasibility(RIG.replace(changes), command)
+        assert answer.force_error is None and answer.displacement_error is None
+    silent = eft.Command(np.zeros(4096), 4096.0)
+    assert eft.check_feasibility(RIG, silent).force_error is None

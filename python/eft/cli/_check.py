@@ -78,7 +78,7 @@ def check(
     if as_json:
         emit_json(
             {"command": plan.about, "rig": plan.rig["name"], "memory": memory_of(plan)}
-            | {name: found[name] for name in ("demands", "scheme", "margin", "smallest_sample_rate")}
+            | {name: found[name] for name in _FORESEEN}
             | {"verdict": outcome.grade, "reasons": list(outcome.reasons), "summary": outcome.summary}
             | {"margins": margins}
             | {"left_out": left_out, "idle_keys": idle}
@@ -111,6 +111,9 @@ def check(
             )
     if not outcome.ok:
         raise click.exceptions.Exit(1)
+
+
+_FORESEEN = ("demands", "scheme", "margin", "smallest_sample_rate", "force_error", "displacement_error")
 
 
 def _linear(plan: TestPlan) -> eft.linear.LinearModel:
