@@ -54,11 +54,10 @@ impl<T: Real> FlowEstimator<T> {
         now: [T; 2],
         square: T,
     ) -> ([T; 2], [T; 2]) {
-        let (one, delay) = (T::splat(1.0), state.delay.value);
-        let late = delay * self.priors.per_period;
-        let share = one / (one + late.abs());
-        let back = one + T::splat(0.5) * square * delay * delay;
-        let positive = late > T::splat(0.0);
+        let (one, delay) = (T::splat(1.0), state.delay.value.abs());
+        let share = one / (one + delay * self.priors.per_period);
+        let back = one + T::splat(0.5) * square * delay * (delay + self.priors.period);
+        let positive = state.delay.value > T::splat(0.0);
         let (shares, gains) =
             if positive { ([one, share], [one, back]) } else { ([share, one], [back, one]) };
         let ([taken, flow], [taken_share, flow_share], [taken_now, flow_now]) = (lagged, shares, now);

@@ -7,7 +7,7 @@
 use crate::compensation::LeadNetwork;
 use crate::integrity::integrity;
 use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors};
-use crate::learning::tuning::FASTEST;
+use crate::learning::tuning::{FASTEST, MOST_SHORT};
 use crate::number::Real;
 
 /// Constants of the estimate; delays in s, periods in s.
@@ -19,6 +19,8 @@ pub(crate) struct ValveEstimator<T> {
     pub(crate) lead_gain: T,
     /// Lag of Tustin's lead network per response delay, 2α/(1 − α).
     pub(crate) lag_per_delay: T,
+    /// Share by which the phase of a lead network falls short of its delay's, over the square of the phase.
+    pub(crate) of_phase: T,
     /// Sample period of the lead network.
     pub(crate) sample: T,
     /// Delay between the lead network's output and the sample of the valve command that contains it.
@@ -26,7 +28,7 @@ pub(crate) struct ValveEstimator<T> {
     /// Priors of the spool's gain over the configured one, and of its delay after the lead network's output.
     pub(crate) priors: Priors<T>,
 }
-integrity!(ValveEstimator<T>: valve_gain, lead_gain, lag_per_delay, sample, sampling_delay, priors);
+integrity!(ValveEstimator<T>: valve_gain, lead_gain, lag_per_delay, of_phase, sample, sampling_delay, priors);
 
 /// The state of the estimator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,8 +91,9 @@ impl<T: Real> ValveEstimator<T> {
     }
 
     /// The lead network for the valve and a velocity that is late (s), at a compensation level (1) on top of the
-    /// configured one. The valve's gain includes the increase of the amplitude by a network for the valve alone. The
-    /// additional increase by this network is removed at the motion's mean-square frequency (1/s²).
+    /// configured one. The valve's gain and delay are those for which a network for the valve alone is exact at the
+    /// motion's mean-square frequency (1/s²). There the additional increase of the amplitude by this network is removed,
+    /// and its delay makes up for the phase by which it falls short of both.
     pub(crate) fn lead(
         &self,
         found: &GainAndDelay<T>,
@@ -99,12 +102,17 @@ impl<T: Real> ValveEstimator<T> {
         level: T,
     ) -> LeadNetwork<T> {
         let [shortest, _] = self.priors.delay.bounds;
-        let delay = found.delay.value + velocity_delay;
-        let delay = if delay > shortest { delay } else { shortest };
         // Bounded, for sums that are not finite. Without a sign its root needs no check.
         let square = square.abs();
         let square = if square < T::splat(FASTEST) { square } else { T::splat(FASTEST) };
-        let added = self.amplitude(delay, square) / self.amplitude(found.delay.value, square);
+        let valve = found.delay.value;
+        let both = valve + velocity_delay;
+        // The phase of a network falls short by a share of the third power of its delay.
+        let short = self.of_phase * square * (both * both + both * valve + valve * valve);
+        let short = if short < T::splat(MOST_SHORT) { short } else { T::splat(MOST_SHORT) };
+        let delay = both + short * velocity_delay;
+        let delay = if delay > shortest { delay } else { shortest };
+        let added = self.amplitude(delay, square) / self.amplitude(valve, square);
         let lag = self.lag_per_delay * delay;
         let per = T::splat(1.0) / (lag + self.sample);
         let gain = self.lead_gain * level / (found.gain.value * added.sqrt());
@@ -136,6 +144,7 @@ mod tests {
         valve_gain: 0.1,
         lead_gain: 12.4,
         lag_per_delay: 2.0 / 9.0,
+        of_phase: 1.0 / 3.0 + 0.1 / 0.81,
         sample: 1.0 / 4096.0,
         sampling_delay: 1.0 / 4096.0,
         priors: Priors {
@@ -188,6 +197,33 @@ mod tests {
             missed(rise),
             missed(-rise)
         );
+    }
+
+    /// Amplitude (1) and phase (rad) of the continuous lead network of a delay (s) at a frequency (1/s).
+    fn network(delay: f64, omega: f64) -> (f64, f64) {
+        let lag = 0.5 * ESTIMATOR.lag_per_delay * delay * omega;
+        let lead = delay * omega + lag;
+        ((1.0 + lead * lead).sqrt() / (1.0 + lag * lag).sqrt(), libm::atan(lead) - libm::atan(lag))
+    }
+
+    #[test]
+    fn at_the_motions_frequency_the_network_has_the_phase_of_both_delays_and_the_valves_amplitude() {
+        let found = ESTIMATOR.at_rest().found;
+        let valve = found.delay.value;
+        for omega in [10.0, 25.0, 40.0] {
+            for late in [-1e-3, 1e-3, 4e-3] {
+                let made = ESTIMATOR.lead(&found, omega * omega, late, 1.0);
+                // The delay from Tustin's pole.
+                let (pole, sample) = (made.pole(), ESTIMATOR.sample);
+                let delay = sample * (1.0 + pole) / (1.0 - pole) / ESTIMATOR.lag_per_delay;
+                let ((of_valve, before), (of_both, after)) = (network(valve, omega), network(delay, omega));
+                let wanted = omega * late;
+                let missed = after - before - wanted;
+                assert!(missed.abs() < 0.03 * wanted.abs(), "{omega} 1/s, {late} s: {missed} of {wanted}");
+                let amplitude = made.gain() / ESTIMATOR.lead_gain * of_both / of_valve;
+                assert!((amplitude - 1.0).abs() < 1e-9, "{omega} 1/s, {late} s: {amplitude}");
+            }
+        }
     }
 
     #[test]

@@ -57,7 +57,7 @@ fn the_earlier_flow_lags_by_the_delay_and_keeps_its_amplitude() {
     let (delay, square) = (6e-3, 900.0);
     // One and a half windows late.
     let share = 1.0 / 2.5;
-    let back = 1.0 + 0.5 * square * delay * delay;
+    let back = 1.0 + 0.5 * square * delay * (delay + PERIOD);
     let (lagged, now) = ([3.0, 5.0], [7.0, 11.0]);
     let together = |delay: f64| ESTIMATOR.together(&estimates(1.0, delay), lagged, now, square);
     // A late velocity: the table's flow has to wait.
@@ -74,6 +74,21 @@ fn the_earlier_flow_lags_by_the_delay_and_keeps_its_amplitude() {
     near("table's", flow_out, 11.0);
     // No delay: both pass.
     assert_eq!(together(0.0), (now, now));
+}
+
+#[test]
+fn a_lagged_swing_keeps_its_size() {
+    for (omega, delay) in [(10.0, 1e-3), (35.0, 4e-3), (20.0, 8e-3)] {
+        let swing = |n: f64| libm::sin(omega * PERIOD * n);
+        let (mut lagged, mut largest) = ([0.0; 2], 0.0_f64);
+        for n in 0..4000_u32 {
+            let now = [0.0, swing(f64::from(n))];
+            let (next, [_, flow]) = ESTIMATOR.together(&estimates(1.0, delay), lagged, now, omega * omega);
+            lagged = next;
+            largest = if n > 2000 { largest.max(flow) } else { 0.0 };
+        }
+        assert!((largest - 1.0).abs() < 2e-3, "{omega} 1/s, {delay} s: {largest}");
+    }
 }
 
 #[test]
