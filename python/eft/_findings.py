@@ -11,6 +11,7 @@ from eft import _native
 from eft._display import shown
 from eft._floors import floor_mass
 from eft._force_loop import design_force_loop
+from eft._learned import learned
 from eft._native import Rig, stability_margin
 from eft._status import Status
 
@@ -30,8 +31,6 @@ SAME_MASS = 1e-3
 
 _FLOWS = ("velocity", "flow", "hydraulic power")
 """Demands of the same kind; only the largest of them is reported."""
-_MOTION = np.geomspace(0.2, 12.0, 100)
-"""Frequencies of the motion, Hz."""
 _NAMED = 3
 """Largest number of names in the list of values that the controller does not have."""
 
@@ -168,7 +167,7 @@ def _reach(facts: Facts) -> Iterator[Finding]:
 def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
     """Stability and margins about rest; with self-calibration, those after the calibration."""
     learns = rig["compensation.adaptive"]
-    judged = _learned(rig, rate) if learns else rig
+    judged = learned(rig, rate) if learns else rig
     names = ("level_margin", "dead_time", "gain_margin")
     level, dead_time, gain = (
         max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names
@@ -204,44 +203,6 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
             "known this accurately.",
             SELF_CALIBRATION,
         )
-
-
-def _learned(rig: Rig, rate: float) -> Rig:
-    """The rig after self-calibration, with the gains that were designed for the configured rig."""
-    # Found are the delay of the valve, with hold and computation, and that of the velocity. The latter ends
-    # twice the configured response delay above what is known of it.
-    budget = _native.delay_budget(rig, rate)
-    known = rig["compensation.velocity_delay"] + _native.estimate_delay(rig, rate)
-    longest = known + 2.0 * rig["compensation.response_delay"]
-    changes: dict[str, object] = {
-        "servovalve.flow_gain_scale": 1.0,
-        "compensation.adaptive": False,
-        "compensation.response_delay": budget["path"] - budget["sensor"],
-        "compensation.velocity_delay": min(max(budget["sensor"], 0.0), longest, 0.1),
-    }
-    if rig["controller.force_loop"] == "robust":
-        changes |= design_force_loop(rig, rate).coefficients
-        changes |= {"controller.force_loop": "pd", "controller.realization": "digital"}
-    plant = rig.plant.replace(changes)
-    # The flow gain that is found makes up for the gain of the velocity's sensors or estimate.
-    plant = plant.replace({"compensation.level": plant["compensation.level"] / _velocity_gain(plant, rate)})
-    if not rig["compensation.curve_correction"]:
-        return plant
-    return plant.replace({"servovalve.true_flow_table": plant["servovalve.flow_table"]})
-
-
-def _velocity_gain(rig: Rig, rate: float) -> float:
-    """The velocity that the controllers use over the true one, both rms, under a broad command."""
-    model = _native.linearize(rig, sampled=True, sample_rate=rate)
-    velocities = [name for name in model.outputs if name.startswith("velocity")]
-    used, true = (
-        sum(
-            np.sum(np.abs(model.response(_MOTION, prefix + velocity, command)) ** 2)
-            for velocity, command in zip(velocities, model.inputs, strict=True)
-        )
-        for prefix in ("measured_", "")
-    )
-    return float(np.sqrt(used / true))
 
 
 def _unstable(rig: Rig, rate: float, growth: float, sound: float | None) -> Finding:
