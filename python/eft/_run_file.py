@@ -72,7 +72,8 @@ def save(run: TestRun, path: str | PathLike[str]) -> Path:
     Parameters
     ----------
     path : path-like
-        The file.
+        The file. A suffix of another format, such as ``.csv`` or ``.mat``, is refused; `eft.traces.write_run`
+        writes those.
 
     Returns
     -------
@@ -83,6 +84,8 @@ def save(run: TestRun, path: str | PathLike[str]) -> Path:
     ------
     OSError
         If the file cannot be written.
+    ValueError
+        If the suffix is that of another format.
 
     Examples
     --------
@@ -92,6 +95,7 @@ def save(run: TestRun, path: str | PathLike[str]) -> Path:
     'run.eft'
     """
     target, values = Path(path), run._values
+    _check_suffix(target)
     about = {
         "date": run.date,
         "record": run.record,
@@ -127,6 +131,17 @@ def save(run: TestRun, path: str | PathLike[str]) -> Path:
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
     return target
+
+
+def _check_suffix(path: Path) -> None:
+    """Refuse a name that promises another format to the program that opens the file."""
+    from eft.traces._write import foreign_suffix
+
+    if foreign_suffix(path):
+        raise ValueError(
+            f"{path}: `save` writes a run file, not `{path.suffix}`; use `eft.traces.write_run(run, path)`, "
+            "or the suffix `.eft`"
+        )
 
 
 def _kept(name: str, values: Mapping[str, NDArray[Any]]) -> Any:

@@ -39,6 +39,19 @@ def test_a_saved_run_comes_back_bit_for_bit(tmp_path):
         assert eft.Rig(str(archive["rig"])) == rig
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".h5", ".hdf5", ".parquet", ".mat", ".MAT", ".tdms"])
+def test_a_run_is_not_saved_under_the_name_of_another_format(tmp_path, run, suffix):
+    expected = rf"run\{suffix}: `save` writes a run file, not .*`eft\.traces\.write_run"
+    with pytest.raises(ValueError, match=expected):
+        run.save(tmp_path / f"run{suffix}")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["run.eft", "run.npz", "run", "test.2026-11"])
+def test_a_run_is_saved_under_any_other_name(tmp_path, run, name):
+    assert eft.TestRun.load(run.save(tmp_path / name)).rig == run.rig
+
+
 def test_a_run_saved_by_the_first_format_is_still_read(tmp_path):
     run = eft.TestRun.load(DATA / "single-format-1.eft")
     assert (len(run), run.sample_rate, run.dtype, run.version) == (256, 1024.0, "f32", "0.1.0")

@@ -77,6 +77,11 @@ def check_output(path: Path) -> None:
     check_folder(path)
 
 
+def foreign_suffix(path: Path) -> bool:
+    """Whether the suffix names a format other than the run file."""
+    return _WRITERS.get(path.suffix.lower()) is not None
+
+
 def check_folder(path: Path) -> None:
     """Refuse a target whose folder does not exist, or that a file cannot replace."""
     if not path.parent.is_dir():
