@@ -108,7 +108,7 @@ impl<T: Real> ValveEstimator<T> {
         let valve = found.delay.value;
         let both = valve + velocity_delay;
         // The phase of a network falls short by a share of the third power of its delay.
-        let short = self.of_phase * square * (both * (both + valve) + valve * valve);
+        let short = (self.of_phase * square * (both * (both + valve) + valve * valve)).abs();
         let short = if short < T::splat(MOST_SHORT) { short } else { T::splat(MOST_SHORT) };
         let delay = both + short * velocity_delay;
         let delay = if delay > shortest { delay } else { shortest };
