@@ -167,12 +167,12 @@ def _reach(facts: Facts) -> Iterator[Finding]:
 def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
     """Stability and margins about rest; with self-calibration, those after the calibration."""
     learns = rig["compensation.adaptive"]
-    judged = learned(rig, rate) if learns else rig
     names = ("level_margin", "dead_time", "gain_margin")
     level, dead_time, gain = (
         max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names
     )
     try:
+        judged = learned(rig, rate) if learns else rig
         growth, within = _native.margins_within(judged, rate, level, dead_time, gain, "steeper")
         before = _native.margins_within(rig, rate, 1.0, -1.0, 1.0, "steeper")[0] if learns else growth
     except ValueError:

@@ -105,8 +105,8 @@ class Feasibility(Result):
     smallest_sample_rate: float | None
     """Hz; None if no rate is safe."""
     force_error: float | None
-    """Of the force at small motion, below 20 Hz, rms over rms; None with a guard alone, or without a stable
-    linear model."""
+    """Of the force at small motion, below 20 Hz, rms over rms; None with a guard alone, with self-calibration
+    in a building, or without a stable linear model."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
 

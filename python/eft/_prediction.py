@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eft import _native
 from eft._findings import Finding, Grade, above, worst
 from eft._learned import learned
-from eft._native import Command, Rig
+from eft._native import Command, LinearModel, Rig
 
+Array = NDArray[Any]
 HIGHEST = 20.0
 """Highest frequency, Hz, of the prediction."""
+MOST = 2000
+"""Largest number of frequencies."""
+FADED = 30.0
+"""Factor by which the signals fade over a test."""
 NOTICED = 5e-4
 """Difference of two delays, s, that is worth a remark."""
 
@@ -31,10 +37,11 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     """The errors of a test.
 
     With self-calibration they are those after it. None without a stable linear model, without a command below
-    `HIGHEST`, or with a guard alone, which changes the loop.
+    `HIGHEST`, with a guard alone, which changes the loop, or with self-calibration in a building, whose
+    channels find different delays.
     """
     rate, learns = command.sample_rate, rig["compensation.adaptive"]
-    if rig["compensation.guard"] and not learns:
+    if np.ndim(command.values) > 1 if learns else rig["compensation.guard"]:
         return None
     try:
         judged = learned(rig, rate) if learns else rig
@@ -44,34 +51,39 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     if not model.stable:
         return None
     values = np.atleast_2d(command.values)
-    frequency = np.fft.rfftfreq(values.shape[1], 1.0 / rate)
-    # At rest there is no motion, and the force of every loop is nearly the command.
-    band = (frequency > 0.0) & (frequency <= HIGHEST)
-    asked = np.fft.rfft(values)[:, band].T
+    samples = values.shape[1]
+    # The signals fade in the transform, so that the motion at the end of a test does not return at its start.
+    growth = FADED ** (np.arange(samples) / samples)
+    band = 1 + min(int(HIGHEST * samples / rate), MOST, samples // 2)
+    asked = np.fft.rfft(values / growth)[:, :band].T
     if not np.any(asked):
         return None
-
-    def of(quantity: str) -> np.ndarray:
-        outputs = [name for name in model.outputs if name.split("_")[0] == quantity]
-        responses = [
-            [model.response(frequency[band], output, command) for command in model.inputs]
-            for output in outputs
-        ]
-        return np.moveaxis(np.array(responses), -1, 0)
-
-    per_command, moved = of("force"), of("displacement")
+    angle = 2.0 * np.pi * np.arange(band) / samples
+    per_command, moved = _responses(model, FADED ** (1.0 / samples) * np.exp(1j * angle))
     applied = np.einsum("fij,fj->fi", per_command, asked)
     # The forces that are asked for move the structure as a command that makes them.
     ideal = np.einsum("fij,fj->fi", moved, np.linalg.solve(per_command, asked[..., None])[..., 0])
     motion = np.einsum("fij,fj->fi", moved, asked)
-    return Prediction(_relative(applied, asked), _relative(motion, ideal))
+
+    def size(spectrum: Array) -> Array:
+        return np.asarray(np.linalg.norm(growth * np.fft.irfft(spectrum.T, samples), axis=1))
+
+    errors = size(applied - asked) / size(asked), size(motion - ideal) / size(ideal)
+    return Prediction(*(float(np.nanmax(of_each)) for of_each in errors))
 
 
-def _relative(found: np.ndarray, ideal: np.ndarray) -> float:
-    """The largest error over the ideal values, rms over rms, of the columns that are not zero."""
-    sizes = np.sum(np.abs(ideal) ** 2, axis=0)
-    errors = np.sum(np.abs(found - ideal) ** 2, axis=0)
-    return float(np.sqrt(np.max(errors[sizes > 0.0] / sizes[sizes > 0.0])))
+def _responses(model: LinearModel, shifts: Array) -> tuple[Array, Array]:
+    """Force and displacement per command at each shift by a sample: shift, actuator, command."""
+    rows = [
+        [row for row, name in enumerate(model.outputs) if name.split("_")[0] == quantity]
+        for quantity in ("force", "displacement")
+    ]
+    chosen = np.concatenate(rows)
+    outputs, direct = model.C[chosen], model.D[chosen]
+    a, b, unit = model.A, model.B, np.eye(len(model.A))
+    found = [outputs @ np.linalg.solve(shift * unit - a, b) + direct for shift in shifts]
+    force, displacement = np.split(np.array(found), 2, axis=1)
+    return force, displacement
 
 
 def of_prediction(rig: Rig, rate: float, errors: Prediction) -> Iterator[Finding]:

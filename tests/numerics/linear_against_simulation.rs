@@ -51,7 +51,7 @@ fn worst_error(rig: &RigConfig, tones: &[f64]) -> (f64, String) {
     let mut worst = (0.0, String::new());
     let outputs = ["force", "velocity", "spool", "compensation", "measured_velocity"];
     let signals: [&[f64]; 6] =
-        [&run.command, &run.force, &run.velocity, &run.spool, &run.compensation, &run.measured_velocity()];
+        [&run.command, &run.force, &run.velocity, &run.spool, &run.compensation, run.measured_velocity()];
     let settled = signals.map(|signal| &signal[(SETTLE * RATE) as usize..]);
     for frequency in TONES {
         let [(re, im), found @ ..] = coefficients(settled, frequency);
