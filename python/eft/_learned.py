@@ -22,7 +22,7 @@ def learned(rig: Rig, rate: float) -> Rig:
     Its lead network has the phase and the amplitude that make valve, controller and velocity exact at the
     frequency of the motion.
     """
-    changes: dict[str, object] = {"servovalve.flow_gain_scale": 1.0, "compensation.adaptive": False}
+    changes: dict[str, object] = {"compensation.adaptive": False}
     if rig["controller.force_loop"] == "robust":
         changes |= design_force_loop(rig, rate).coefficients
         changes |= {"controller.force_loop": "pd", "controller.realization": "digital"}
@@ -43,9 +43,21 @@ def learned(rig: Rig, rate: float) -> Rig:
         {
             "compensation.response_delay": min(delay / omega, _LONGEST),
             "compensation.velocity_delay": 0.0,
-            "compensation.level": plant["compensation.level"] / (amplitude * abs(passed)),
+            "compensation.level": plant["compensation.level"] / (_flow_gain(plant) * amplitude * abs(passed)),
         }
     )
+
+
+def _flow_gain(plant: Rig) -> float:
+    """Flow of the valve at the start of a test over that of which the controller knows."""
+    gain, times = plant["servovalve.flow_gain_scale"], plant["supply.schedule.times"]
+    if times is None:
+        return float(gain)
+    known = plant["supply.pressure"]
+    pressure = np.interp(0.0, times, plant["supply.schedule.pressures"])
+    if plant["compensation.supply_correction"]:
+        known = plant["sensors.supply_pressure.gain"] * pressure + plant["sensors.supply_pressure.bias"]
+    return float(gain * np.sqrt(pressure / known))
 
 
 def _motion(rig: Rig, rate: float) -> tuple[float, complex]:

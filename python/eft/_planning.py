@@ -105,8 +105,8 @@ class Feasibility(Result):
     smallest_sample_rate: float | None
     """Hz; None if no rate is safe."""
     force_error: float | None
-    """Of the force at small motion, below 20 Hz, rms over rms; None with self-calibration or a guard, or
-    without a stable linear model."""
+    """Of the force at small motion, below 20 Hz, rms over rms; None with a guard alone, with self-calibration
+    in a building, or without a stable linear model."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
 
@@ -272,8 +272,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     For a shear building the demands are those of the actuator with the largest ones; the pump's mean flow is
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
-    ``eft check`` runs such a test. The errors of force and displacement are those of the linear model. A
-    large opening, friction, noise or a limit makes larger ones.
+    ``eft check`` runs such a test. The errors of force and displacement are those of the linear model, after
+    a self-calibration. A large opening, friction, noise or a limit makes larger ones.
 
     Parameters
     ----------

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from eft import _native
 from eft._findings import Finding, Grade, above, worst
+from eft._learned import learned
 from eft._native import Command, LinearModel, Rig
 
 Array = NDArray[Any]
@@ -35,14 +36,16 @@ class Prediction(NamedTuple):
 def predicted(rig: Rig, command: Command) -> Prediction | None:
     """The errors of a test.
 
-    None without a stable linear model, without a command below `HIGHEST`, or with self-calibration or guard,
-    which change the loop.
+    With self-calibration they are those after it. None without a stable linear model, without a command below
+    `HIGHEST`, with a guard alone, which changes the loop, or with self-calibration in a building, whose
+    channels find different delays.
     """
-    rate = command.sample_rate
-    if rig["compensation.adaptive"] or rig["compensation.guard"]:
+    rate, learns = command.sample_rate, rig["compensation.adaptive"]
+    if np.ndim(command.values) > 1 if learns else rig["compensation.guard"]:
         return None
     try:
-        model = _native.linearize(rig, sampled=True, sample_rate=rate)
+        judged = learned(rig, rate) if learns else rig
+        model = _native.linearize(judged, sampled=True, sample_rate=rate)
     except ValueError:
         return None  # there is no linear model: too many delays, or no slope at rest
     if not model.stable:
@@ -96,7 +99,8 @@ def of_prediction(rig: Rig, rate: float, errors: Prediction) -> Iterator[Finding
             yield Finding(grade, f"{told} by {error:.1%} (rms) at small motion, more than {allowed:.0%}.")
     path = _native.delay_budget(rig, rate)["path"]
     lead = rig["compensation.response_delay"] + rig["compensation.velocity_delay"]
-    if grades and rig["compensation.mode"] != "off" and path > lead + NOTICED:
+    late = rig["compensation.mode"] != "off" and path > lead + NOTICED
+    if grades and late and not rig["compensation.adaptive"]:
         sentence = (
             f"Velocity, controller and valve are late by {1e3 * path:.2g} ms, and the lead network "
             f"compensates for {1e3 * lead:.2g} ms."

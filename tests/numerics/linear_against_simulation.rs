@@ -87,7 +87,7 @@ type Case<'a> = (&'a str, &'a dyn Fn(&mut RigValues));
 
 #[test]
 fn sampled_model_predicts_the_small_signal_response_to_50_hz() {
-    let cases: [Case; 20] = [
+    let cases: [Case; 21] = [
         ("analog", &|_| ()),
         ("digital", &|rig| rig.controller.realization = Realization::Digital),
         ("late", &|rig| rig.compensation.computation_delay = 3),
@@ -184,6 +184,12 @@ fn sampled_model_predicts_the_small_signal_response_to_50_hz() {
             rig.servovalve.pilot_flow_limit = Some(1e-4);
             let schedule = SupplySchedule { times: vec![0.0], pressures: vec![0.97 * 1.9e7] };
             rig.supply.schedule = Some(schedule);
+        }),
+        ("measured supply", &|rig| {
+            let schedule = SupplySchedule { times: vec![0.0], pressures: vec![0.8 * 1.9e7] };
+            rig.supply.schedule = Some(schedule);
+            rig.compensation.supply_correction = true;
+            rig.sensors.supply_pressure.gain = 1.04;
         }),
     ];
     let tones = tones();

@@ -312,6 +312,10 @@ mod tests {
         for (a, b) in poles(&low).iter().zip(poles(&slow)) {
             assert!((a - b).norm() < 1e-9 * b.norm());
         }
+        let none =
+            low.replace(&[("supply.schedule.pressures", toml::Value::Array(vec![0.0.into()]))]).unwrap();
+        let error = continuous(&none, FlowGain::Nominal).unwrap_err().to_string();
+        assert!(error.starts_with("supply.schedule.pressures = 0: must be positive at the start"), "{error}");
         assert!(continuous(&rig, FlowGain::Nominal).unwrap().left_out.is_empty());
         let rig = rig.with(|rig| {
             rig.servovalve.overlap = 0.01;

@@ -1,7 +1,8 @@
 //! The slope of the flow curve that a linear model uses near rest.
 
 use crate::config::{AtRest, Mode, RigConfig};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::plant::Supply;
 
 /// The flow gain of a linear model. Plant and nonlinear compensation use the same slope, so it cancels if the
 /// compensation is exact.
@@ -21,7 +22,7 @@ pub enum FlowGain {
 /// Gains between velocity, spool opening and flow near rest.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gains {
-    /// Flow per spool opening (m³/s).
+    /// Flow per spool opening (m³/s), at the supply pressure at which a test begins.
     pub(super) flow: f64,
     /// The true valve about rest.
     pub(super) rest: AtRest,
@@ -53,13 +54,29 @@ impl FlowGain {
             Mode::Linear => nominal,
         };
         let off = rig.compensation.mode == Mode::Off;
+        // The flow curve holds at `supply.pressure`; a schedule may begin elsewhere.
+        let pressure = Supply::<f64>::pack(&|_| plant).setting(0.0);
+        if pressure <= 0.0 {
+            let allowed = "must be positive at the start of the test for a linear model";
+            return Err(Error::value("supply.schedule.pressures", pressure, allowed));
+        }
+        let root = (pressure / plant.supply.pressure).sqrt();
+        let corrected =
+            if rig.compensation.supply_correction { measured_supply(rig, pressure).sqrt() } else { 1.0 };
         Ok(Gains {
-            flow: slope * true_over_known * valve.flow_gain_scale,
-            rest,
-            opening_per_flow: rig.compensation.level / known,
+            flow: slope * true_over_known * valve.flow_gain_scale * root,
+            rest: AtRest { leakage: rest.leakage / root, ..rest },
+            opening_per_flow: rig.compensation.level / (known * corrected),
             compensated_area: if off { 0.0 } else { rig.actuator.piston_area },
         })
     }
+}
+
+/// The ratio of measured and configured supply pressure with which the controller calculates.
+fn measured_supply(rig: &RigConfig, pressure: f64) -> f64 {
+    let sensor = &rig.plant().sensors.supply_pressure;
+    let ratio = (sensor.gain * pressure + sensor.bias) / rig.supply.pressure;
+    if (0.05..=4.0).contains(&ratio) { ratio } else { 1.0 }
 }
 
 #[cfg(test)]
@@ -91,5 +108,28 @@ mod tests {
         assert_eq!(gains.opening_per_flow, 1.5 / 1.64e-2);
         let rig = rig.with(|rig| rig.compensation.mode = Mode::Off).unwrap();
         assert_eq!(FlowGain::Steeper.gains(&rig).unwrap().compensated_area, 0.0);
+    }
+
+    #[test]
+    fn a_measured_supply_pressure_corrects_the_flow_as_far_as_its_sensor_tells_the_truth() {
+        let rig = |changes: &[(&str, toml::Value)]| {
+            let schedule = [
+                ("supply.schedule.times", toml::Value::Array(vec![0.0.into()])),
+                ("supply.schedule.pressures", toml::Value::Array(vec![(0.81 * 1.9e7).into()])),
+            ];
+            RigConfig::zhao2005().replace(&[&schedule, changes].concat()).unwrap()
+        };
+        let passed = |changes: &[(&str, toml::Value)]| {
+            let gains = FlowGain::Mean.gains(&rig(changes)).unwrap();
+            gains.flow * gains.opening_per_flow
+        };
+        let on = ("compensation.supply_correction", true.into());
+        assert!((passed(&[]) - 0.9).abs() < 1e-12);
+        assert!((passed(std::slice::from_ref(&on)) - 1.0).abs() < 1e-12);
+        assert!(
+            (passed(&[on.clone(), ("sensors.supply_pressure.gain", 1.21.into())]) - 1.0 / 1.1).abs() < 1e-12
+        );
+        // The controller refuses a reading beyond four times the configured pressure.
+        assert!((passed(&[on, ("sensors.supply_pressure.gain", 6.0.into())]) - 0.9).abs() < 1e-12);
     }
 }

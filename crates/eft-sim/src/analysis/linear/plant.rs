@@ -3,9 +3,8 @@
 use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::Gains;
-use crate::config::{AtRest, MotionAt, RigConfig, Story, StructureKind};
+use crate::config::{MotionAt, RigConfig, Story, StructureKind};
 use crate::design::PRESSURE;
-use crate::plant::Supply;
 
 /// Order of an actuator's states: pilot flow, spool, load pressure, displacement, velocity, then further
 /// states of valve and load cell.
@@ -40,11 +39,8 @@ impl LinearPlant {
         let rig = rig.plant();
         let actuator = &rig.actuator;
         let stories = stories(rig);
-        // The flow curve holds at `supply.pressure`; a schedule may begin elsewhere.
-        let root = (Supply::<f64>::pack(&|_| rig).setting(0.0) / rig.supply.pressure).sqrt();
         let compressibility = actuator.compressibility + actuator.attachment_compressibility();
-        let rest = AtRest { leakage: gains.rest.leakage / root, ..gains.rest };
-        let hydraulics = rig.held_piston(&rest, gains.flow * root, compressibility).continuous();
+        let hydraulics = rig.held_piston(&gains.rest, gains.flow, compressibility).continuous();
         let place = |state: usize| if state > PRESSURE { state + 2 } else { state };
         let mut names = hydraulics.names.clone();
         names.splice(DISPLACEMENT..DISPLACEMENT, ["displacement", "velocity"]);
