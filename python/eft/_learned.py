@@ -36,6 +36,9 @@ def learned(rig: Rig, rate: float) -> Rig:
     configured = rig["compensation.response_delay"]
     known = rig["compensation.velocity_delay"] + _native.estimate_delay(rig, rate)
     unfound = max(-np.angle(seen) / omega - known - 2.0 * configured, 0.0)
+    if rig["controller.force_loop"] == "pd" and rig["controller.realization"] == "analog":
+        # The valve command is measured behind the converter, whose delay must be told.
+        unfound += (plant["dac.delay"] - rig["dac.delay"]) / rate
     budget = _native.delay_budget(rig, rate)
     late = budget["hold"] + budget["computation"] - unfound
     delay, amplitude = _network(omega * late - float(np.angle(passed)), rig["compensation.lead_alpha"])
