@@ -24,6 +24,14 @@ pub(super) const WIDTH: f64 = 0.06;
 const SIGN_CORNER: f64 = 40.0;
 /// Flows of the two directions over those of the configuration. Beyond them a unit or a sign is wrong.
 const FLOWS: (f64, f64) = (0.3, 3.0);
+/// Compressibility over the configured one. Three deviations beyond it the unit or the sign of the force is wrong.
+const OILS: (f64, f64) = (1.0 / 30.0, 30.0);
+/// Frequencies (Hz) at which the oil's compression takes much of the flow, and the force is known above its noise.
+pub(super) const OIL_BAND: (f64, f64) = (15.0, 40.0);
+/// Frequencies (Hz) where the force of a test has noise alone.
+const NOISE_BAND: (f64, f64) = (60.0, 100.0);
+/// Least [`excitation`] that shows the delay of the force.
+pub(super) const LEAST_EXCITATION: f64 = 30.0;
 
 const UNKNOWNS: usize = 6;
 
@@ -51,10 +59,24 @@ impl MotionSignals<'_> {
     }
 }
 
+/// Spectral density of the force in the oil's band over that of its noise (1). It is infinite without noise, as at a sample
+/// rate (Hz) below its frequencies, and NaN without a force.
+pub(super) fn excitation(force: &[f64], sample_rate: f64) -> Result<f64> {
+    let (spectrum, width) = (spectrum(force)?, sample_rate / force.len() as f64);
+    let density = |(low, high): (f64, f64)| {
+        let bins = (low / width) as usize..=((high / width) as usize).min(spectrum.len() - 1);
+        let band = spectrum.get(bins).unwrap_or_default();
+        band.iter().map(Complex64::norm_sqr).sum::<f64>() / band.len().max(1) as f64
+    };
+    Ok(density(OIL_BAND) / density(NOISE_BAND))
+}
+
 /// The flow balance in the frequencies of a band.
 pub(super) struct FlowBalance {
     /// At each frequency the derivatives with respect to the unknowns, and the flow (m³/s) of motion and leakage.
     rows: Vec<([Complex64; UNKNOWNS], Complex64)>,
+    /// Configured compressibility of oil and attachment over that of the oil.
+    oil: f64,
 }
 
 impl FlowBalance {
@@ -91,7 +113,8 @@ impl FlowBalance {
             ];
             (columns, motion[k] * area + force[k] * leakage)
         };
-        Ok(Self { rows: (first.max(1)..=last.min(motion.len() - 1)).map(row).collect() })
+        let oil = rig.measured_compressibility() / rig.actuator.compressibility;
+        Ok(Self { rows: (first.max(1)..=last.min(motion.len() - 1)).map(row).collect(), oil })
     }
 
     /// The first `N` unknowns: flow factors (1) of both directions, delay (s) of the velocity behind the spool,
@@ -99,7 +122,8 @@ impl FlowBalance {
     /// force behind the spool. The others are zero.
     ///
     /// # Errors
-    /// Signals that do not determine them, or flows of another size than those of the configured valve.
+    /// Signals that do not determine them, flows of another size than those of the configured valve, or a force whose
+    /// compression of the oil is of another size or sign than the configured one.
     pub(super) fn fitted<const N: usize>(&self) -> Result<[Estimate; N]> {
         let rows = self.rows.iter().map(|(columns, taken)| (std::array::from_fn(|i| columns[i]), *taken));
         let found = least_squares::<N>(rows).ok_or_else(|| {
@@ -112,6 +136,13 @@ impl FlowBalance {
                 let allowed = "must be those of this rig: check gains, units and signs";
                 return Err(Error::value("spool and velocity", found, allowed));
             }
+        }
+        let oil = found[3].times(self.oil.recip());
+        if oil.value + 3.0 * oil.uncertainty < OILS.0 || oil.value - 3.0 * oil.uncertainty > OILS.1 {
+            let found = format!("of {:.3e} times the configured compressibility", oil.value);
+            let allowed =
+                "must compress the oil of this rig: check its unit and sign, and actuator.compressibility";
+            return Err(Error::value("force", found, allowed));
         }
         Ok(found)
     }

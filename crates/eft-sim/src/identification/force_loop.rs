@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 use toml::Value;
 
 use super::Estimate;
-use super::flow_balance::{FlowBalance, MotionSignals};
+use super::flow_balance::{FlowBalance, LEAST_EXCITATION, MotionSignals, OIL_BAND, excitation};
 use super::gaps::check;
 use super::least_squares::least_squares;
 use crate::checks;
@@ -20,16 +20,10 @@ use crate::fourier::{Complex64, spectrum};
 
 /// Frequencies (Hz) at which the valve's response is fitted.
 const VALVE_BAND: (f64, f64) = (1.0, 200.0);
-/// Frequencies (Hz) at which the oil's compression takes much of the flow, and the force is known above its noise.
-const OIL_BAND: (f64, f64) = (15.0, 40.0);
 /// Length (s) of the parts whose means are the valve's response.
 const PART: f64 = 1.0;
 /// Unit (s) of the time constants in the fit, so that all unknowns are of similar size.
 const UNIT: f64 = 1e-3;
-/// Frequencies (Hz) where the force of a test has noise alone.
-const NOISE_BAND: (f64, f64) = (60.0, 100.0);
-/// Least ratio of the force's spectral densities in the two bands.
-const LEAST_EXCITATION: f64 = 30.0;
 /// Least sample rate (Hz), for both bands.
 const LEAST_RATE: f64 = 600.0;
 const ITERATIONS: usize = 12;
@@ -120,13 +114,7 @@ pub fn identify_force_loop(
 
 /// Refuses a force that is noise in the oil's band.
 fn check_excitation(force: &[f64], sample_rate: f64) -> Result<()> {
-    let (spectrum, width) = (spectrum(force)?, sample_rate / force.len() as f64);
-    let density = |(low, high): (f64, f64)| {
-        let bins = (low / width) as usize..=((high / width) as usize).min(spectrum.len() - 1);
-        let count = bins.clone().count();
-        spectrum[bins].iter().map(Complex64::norm_sqr).sum::<f64>() / count as f64
-    };
-    let ratio = density(OIL_BAND) / density(NOISE_BAND);
+    let ratio = excitation(force, sample_rate)?;
     // No number if the force is zero.
     if ratio.is_nan() || ratio < LEAST_EXCITATION {
         let found = format!("spectral density {ratio:.1} times that of the noise");

@@ -1,7 +1,7 @@
 //! Friction of the seals and compressibility of the oil, from the [flow balance](super::flow_balance) of a test.
 
 use super::Estimate;
-use super::flow_balance::{FlowBalance, MotionSignals};
+use super::flow_balance::{FlowBalance, LEAST_EXCITATION, MotionSignals, excitation};
 use crate::checks;
 use crate::config::RigConfig;
 use crate::error::Result;
@@ -35,8 +35,14 @@ pub fn identify_friction(
 ) -> Result<FrictionEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
     signals.check(sample_rate)?;
-    let [back, forth, delay, oil, friction] =
-        FlowBalance::new(rig, signals, sample_rate, BAND)?.fitted::<5>()?;
+    let balance = FlowBalance::new(rig, signals, sample_rate, BAND)?;
+    // A fast sweep shows the delay of the force, and needs it: a late compression looks like friction.
+    let [back, forth, delay, oil, friction] = if excitation(signals.force, sample_rate)? < LEAST_EXCITATION {
+        balance.fitted::<5>()?
+    } else {
+        let [found @ .., _] = balance.fitted::<6>()?;
+        found
+    };
     Ok(FrictionEstimate {
         friction,
         compressibility: oil.times(rig.actuator.compressibility),
@@ -123,6 +129,15 @@ mod tests {
         let mut reversed = signals.clone();
         reversed[0].iter_mut().for_each(|x| *x = -*x);
         assert!(refused(&reversed).contains("check gains, units and signs"));
+        for factor in [-1.0, 1e-3] {
+            let mut scaled = signals.clone();
+            scaled[2].iter_mut().for_each(|f| *f *= factor);
+            let text = refused(&scaled);
+            assert!(
+                text.starts_with("force = ") && text.contains("check its unit and sign"),
+                "{factor}: {text}"
+            );
+        }
         let mut short = signals.clone();
         short[2].pop();
         assert!(refused(&short).contains("force"));
