@@ -63,8 +63,14 @@ fn counts_of(line: &Line<'_>) -> Result<(u64, f64), Fault> {
     let npts = npts.parse::<u64>().ok().filter(|n| *n > 0);
     let npts = npts.ok_or_else(|| Fault::at(line, "NPTS must be a whole number above zero"))?;
     // The unit may follow the number without a space: `.0100SEC`.
-    let dt = number(dt.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == '.'))
-        .map_err(|message| Fault::at(line, format!("DT: {message}")))?;
+    let bare = dt.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == '.');
+    let follows = words.iter().skip_while(|word| **word != dt).nth(1).copied().unwrap_or_default();
+    let glued = dt[bare.len()..].trim_start_matches('.');
+    let unit = if glued.is_empty() { follows } else { glued };
+    if unit.starts_with(['m', 'M']) {
+        return Err(Fault::at(line, format!("DT = {bare} {}: must be in s", shown(unit))));
+    }
+    let dt = number(bare).map_err(|message| Fault::at(line, format!("DT: {message}")))?;
     if dt > 0.0 { Ok((npts, dt)) } else { Err(Fault::at(line, format!("DT = {dt}: must be positive, in s"))) }
 }
 

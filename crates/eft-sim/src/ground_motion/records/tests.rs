@@ -110,6 +110,21 @@ fn a_wrong_count_names_both_numbers() {
 }
 
 #[test]
+fn a_time_step_in_another_unit_is_refused() {
+    let nga = text(sample!("nga.AT2"));
+    let line = nga.lines().find(|line| line.contains("NPTS")).unwrap();
+    for (step, allowed) in
+        [("10 MSEC", false), ("10. ms", false), ("10MSEC", false), (".01 SEC", true), (".01SEC", true)]
+    {
+        let answer = parse(nga.replacen(line, &format!("NPTS= 12, DT= {step},"), 1).as_bytes(), "x.at2");
+        match answer {
+            Ok(record) => assert!(allowed && record.dt == 0.01, "{step}: {}", record.dt),
+            Err(error) => assert!(!allowed && error.to_string().contains("must be in s"), "{step}: {error}"),
+        }
+    }
+}
+
+#[test]
 fn bad_values_name_their_line() {
     let nga = text(sample!("nga.AT2"));
     for bad in ["            NaN", "            Inf", "***************", "      .1000E+99"] {
