@@ -13,6 +13,7 @@ from eft import _native
 from eft._extras import need
 from eft._native import Rig
 from eft._read_only import ReadOnly
+from eft._study._values import kind_of, plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -148,8 +149,9 @@ def stability_map(
     rig : Rig
         The rig.
     horizontal, vertical : tuple of str and sequence
-        A dotted key of the rig, such as ``"compensation.level"``, with its values. Or only the name of a
-        common map: ``"level-damping"`` is the growth rate over compensation level (0.9 to 1.15) and viscous
+        A dotted key of the rig, such as ``"compensation.level"``, with its values, in SI units or as texts
+        with a unit such as ``"7 t"``. Or only the name of a common map:
+        ``"level-damping"`` is the growth rate over compensation level (0.9 to 1.15) and viscous
         damping of the structure (0.5 to 10 % of critical); ``"delay-rate"`` the growth rate over sample rate
         (200 Hz to 12.8 kHz) and response delay (0 to ten times the rig's own);
         ``"rate-realization"`` the largest stable level over the sample rate, for both realizations of the
@@ -183,14 +185,23 @@ def stability_map(
         return STABILITY_MAPS[horizontal](rig)
     if vertical is None:
         raise ValueError("vertical = None: must be a key with its values, as horizontal is")
-    (x_key, x), (y_key, y) = horizontal, vertical
-    values = _native.stability_map(rig, (x_key, list(x)), (y_key, list(y)), quantity, flow_gain)
+    (x_key, x), (y_key, y) = ((key, _in_si(rig, key, list(given))) for key, given in (horizontal, vertical))
+    values = _native.stability_map(rig, (x_key, x), (y_key, y), quantity, flow_gain)
     left_out: dict[str, None] = {}
     # Each value occurs in at least one of these points.
     for i in range(max(len(x), len(y))):
         point = rig.replace({x_key: x[min(i, len(x) - 1)], y_key: y[min(i, len(y) - 1)]})
         left_out |= dict.fromkeys(_native.linearize(point, sampled=True).left_out)
     return StabilityMap(quantity, x_key, np.asarray(x), y_key, np.asarray(y), values, tuple(left_out))
+
+
+def _in_si(rig: Rig, key: str, values: list[Any]) -> list[Any]:
+    """Texts with a unit as SI values, and whole numbers as such where the key needs them."""
+    kind = kind_of(key, rig)
+    if kind.type == "int":
+        return [int(one) if isinstance(one, float) and one.is_integer() else one for one in values]
+    texts = kind.type in ("float", "list")
+    return [plain(key, one, kind) if texts and isinstance(one, (str, list)) else one for one in values]
 
 
 def level_damping_map(

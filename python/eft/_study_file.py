@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from eft._native import Command, Rig
+from eft._native import Command, Rig, quantity, rig_keys
 from eft._run import Dtype
 from eft._study._combinations import combinations_of
 from eft._study._samplers import LatinHypercube, Sampler, Sobol
@@ -165,11 +165,14 @@ def _range(key: str, value: Mapping[str, Any], more: set[str]) -> tuple[float, f
         raise ValueError(
             f"{key}: unknown `{min(unknown)}` in its range; there are {', '.join(sorted(allowed))}"
         )
+    unit = next((entry["unit"] for entry in rig_keys() if entry["key"] == key), "")
+    bounds = []
     for name in ("low", "high"):
         bound = value.get(name)
-        if not isinstance(bound, int | float) or isinstance(bound, bool):
+        if not isinstance(bound, int | float | str) or isinstance(bound, bool):
             raise ValueError(f"{key}.{name} = {bound!r}: must be a number")
+        bounds.append(quantity(f"{key}.{name}", bound, unit) if isinstance(bound, str) else bound)
     log = value.get("log", False)
     if not isinstance(log, bool):
         raise ValueError(f"{key}.log = {log!r}: must be true or false")
-    return value["low"], value["high"], log
+    return bounds[0], bounds[1], log

@@ -44,6 +44,11 @@ def table():
             {"compensation.mode": ["off", "linear"], "structure.mass": [7000.0, 7020.0, 7040.0]},
         ),
         (
+            '[study.grid]\nstructure.mass = { low = "7 t", high = 7040, count = 3 }\n'
+            'actuator.stroke = ["12 cm"]\n',
+            {"structure.mass": [7000.0, 7020.0, 7040.0], "actuator.stroke": [0.12]},
+        ),
+        (
             '[study.grid]\n"actuator.leakage" = { low = 1e-13, high = 1e-11, count = 3, log = true }\n',
             {"actuator.leakage": np.geomspace(1e-13, 1e-11, 3)},
         ),
@@ -177,6 +182,21 @@ def test_a_map_as_picture_table_and_json(folder, capsys):
     answer = json.loads((folder / "m.json").read_text())
     assert np.array(answer["values"]) == pytest.approx(found.values)
     assert f"stable at {found.stable.mean():.0%} of 6 points" in capsys.readouterr().out
+
+
+def test_a_map_over_values_with_units_and_over_whole_numbers(folder, capsys):
+    axes = ["--x", "structure.mass", "7 t", "7100", "3", "--y", "dac.delay", "0", "4", "3"]
+    assert main(["map", *axes, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    masses, delays = [7000.0, 7050.0, 7100.0], [0, 2, 4]
+    assert answer["horizontal"]["values"] == masses and answer["vertical"]["values"] == delays
+    found = eft.linear.stability_map(RIG, ("structure.mass", masses), ("dac.delay", delays))
+    assert np.array(answer["values"]) == pytest.approx(found.values)
+    texts = ["7 t", "7050 kg", "71e5 g"]
+    with pytest.raises(ValueError, match=r"structure\.mass = '71e5 g'"):
+        eft.linear.stability_map(RIG, ("structure.mass", texts), ("dac.delay", delays))
+    with pytest.raises(ValueError, match=r"dac\.delay = 1\.5"):
+        eft.linear.stability_map(RIG, ("structure.mass", masses), ("dac.delay", [1.5]))
 
 
 @pytest.mark.parametrize("kind", eft.linear.STABILITY_MAPS)

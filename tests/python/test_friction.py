@@ -140,7 +140,7 @@ def test_what_is_no_such_test_is_refused() -> None:
     with pytest.raises(ValueError, match="check gains, units and signs"):
         identify(RIG, -spool, velocity, force, RATE)
     for other in (-force, force / 1e3):
-        with pytest.raises(ValueError, match="force = .* check its unit and sign"):
+        with pytest.raises(ValueError, match=r"force = .* check its unit and sign"):
             identify(RIG, spool, velocity, other, RATE)
     with pytest.raises(ValueError, match="hardly moves"):
         identify(RIG, 0.0 * spool, 0.0 * velocity, force, RATE)

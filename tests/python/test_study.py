@@ -109,6 +109,21 @@ def test_a_diverged_test_says_so():
     assert words <= {"completed", "diverged", "stroke_exceeded"} and study.row(1)["status"] != "completed"
 
 
+def test_values_may_have_their_unit():
+    curve = "servovalve.flow_table.flows"
+    flows = RIG[curve]
+    texts = [f"{flow * 6e4!r} L/min" for flow in flows]
+    study = eft.study(RIG, COMMAND, {"truth.structure.mass": ["7 t", 7000.0], curve: [texts, flows]})
+    assert study["truth.structure.mass"].tolist() == [7000.0] * 4
+    assert study["nrmse"] == pytest.approx(np.full(4, study["nrmse"][3]), rel=1e-9)
+    drawn = eft.studies.LatinHypercube(
+        {"structure.mass": ("7 t", "8 t", "log"), "truth.structure.damping": ["4 kN*s/m"]}, n=8
+    )
+    masses = [drawn.combinations(RIG)[i]["structure.mass"] for i in range(8)]
+    assert 7000.0 < min(masses) < 7200.0 < 7800.0 < max(masses) < 8000.0
+    assert drawn.combinations(RIG)[0]["truth.structure.damping"] == pytest.approx(4000.0)
+
+
 SIGNALS = ("force", "velocity", "displacement", "spool", "supply_pressure")
 MANY = {f"sensors.{signal}.bits": range(1, 33) for signal in SIGNALS} | {"structure.mass": range(1, 33)}
 
@@ -122,6 +137,10 @@ MANY = {f"sensors.{signal}.bits": range(1, 33) for signal in SIGNALS} | {"struct
         ({"structure.mass": []}, ["structure.mass", "empty"]),
         ({"structure.mass": 7040.0}, ["structure.mass", "list of values"]),
         ({"structure.mass": ["heavy"]}, ["structure.mass'][0] = 'heavy'", "number"]),
+        ({"structure.mass": ["7 kN"]}, ["structure.mass'][0] = '7 kN'", "kg", "lb"]),
+        ({"structure.mass": [True]}, ["structure.mass'][0] = True", "number"]),
+        ({"controller.sample_rate": [2048.0]}, ["controller.sample_rate", "the sample rate of its command"]),
+        ([{"controller.sample_rate": 2048.0}], ["controller.sample_rate", "the sample rate of its command"]),
         ({"compensation.mode": [1]}, ["compensation.mode", "string"]),
         ({"sensors.seed": [1.5]}, ["sensors.seed", "1.5", "whole number"]),
         ({3: [1.0]}, ["3", "string"]),

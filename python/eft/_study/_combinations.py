@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from eft._native import Rig
 from eft._study._samplers import Sampler
-from eft._study._values import Changes, digest, own_value, plain, type_of
+from eft._study._values import WITHOUT_EFFECT, Changes, Kind, digest, kind_of, own_value, plain
 
 MOST = 100_000_000
 """Largest number of tests of a study: a hundred million of 1 ms take a day on one core."""
@@ -31,7 +31,7 @@ class Grid:
     """Every value of one key with every value of the others; the last key changes fastest."""
 
     def __init__(self, axes: Mapping[str, Iterable[Any]], rig: Rig) -> None:
-        self._axes = {key: _axis(key, values, type_of(_word(key), rig)) for key, values in axes.items()}
+        self._axes = {key: _axis(key, values, kind_of(_word(key), rig)) for key, values in axes.items()}
         self.keys = tuple(self._axes)
         if (size := math.prod(map(len, self._axes.values()))) > MOST:
             raise ValueError(f"parameters make {size} combinations: must be at most {MOST}")
@@ -62,11 +62,11 @@ class Listed:
                     f"parameters[{number}] = {changes!r}: must be a mapping of dotted keys to values"
                 )
         self.keys = tuple(dict.fromkeys(_word(key) for changes in combinations for key in changes))
-        types = {key: type_of(key, rig) for key in self.keys}
+        kinds = {key: kind_of(key, rig) for key in self.keys}
         own = {key: own_value(rig, key) for key in self.keys}
         self._rows = [
             {
-                key: plain(f"parameters[{i}][{key!r}]", changes.get(key, own[key]), types[key])
+                key: plain(f"parameters[{i}][{key!r}]", changes.get(key, own[key]), kinds[key])
                 for key in self.keys
             }
             for i, changes in enumerate(combinations)
@@ -93,8 +93,21 @@ def combinations_of(
     Raises
     ------
     ValueError
-        If a key is unknown, a value is of a wrong type, or there are too many; the message says which.
+        If a key is unknown or has no effect, a value is of a wrong type, or there are too many; the message
+        says which.
     """
+    found = _combinations(parameters, rig)
+    if WITHOUT_EFFECT in found.keys:
+        raise ValueError(
+            f"parameters[{WITHOUT_EFFECT!r}]: has no effect, because each test has the sample rate of its "
+            "command: give a command for each rate"
+        )
+    return found
+
+
+def _combinations(
+    parameters: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]] | Sampler, rig: Rig
+) -> Combinations:
     if isinstance(parameters, Sampler):
         return parameters.combinations(rig)
     if isinstance(parameters, Mapping):
@@ -113,7 +126,7 @@ def _word(key: object) -> str:
     return key
 
 
-def _axis(key: str, values: Iterable[Any], kind: str) -> list[Any]:
+def _axis(key: str, values: Iterable[Any], kind: Kind) -> list[Any]:
     if isinstance(values, str | Mapping) or not isinstance(values, Iterable):
         raise ValueError(f"parameters[{key!r}] = {values!r}: must be a list of values")
     axis = [plain(f"parameters[{key!r}][{i}]", value, kind) for i, value in enumerate(values)]

@@ -54,6 +54,7 @@ def study(
     parameters : mapping, list of mappings, or sampler
         Dotted keys of the rig with lists of values, for every combination of them. Or a list of single
         combinations. Or `LatinHypercube` or `Sobol`. The key ``command.scale`` is a factor on the command.
+        Numbers are in SI units. Texts have their unit, such as ``"7 t"``, and the rows have the SI value.
     executor : concurrent.futures.Executor, optional
         The executor of the tests, such as a process pool or ``Client.get_executor()`` of Dask distributed.
         Without one, the tests run on all cores of this machine. The rows are the same.

@@ -10,7 +10,7 @@ from eft._findings import Grade
 from eft._native import Rig, rig_keys
 from eft._run import TestRun
 from eft._study._plan import Test
-from eft._study._values import type_of
+from eft._study._values import kind_of
 from eft._table import METRICS, TRACES
 
 ESTIMATES = {
@@ -54,9 +54,8 @@ def columns(keys: Iterable[str], rig: Rig) -> list[Column]:
     known = {entry["key"]: entry for entry in rig_keys()}
     settings = []
     for key in keys:
-        entry = known.get(key)
-        unit, doc = (entry["unit"], entry["doc"]) if entry else ("", "factor on the command")
-        settings.append(Column(key, type_of(key, rig), unit, doc))
+        doc = known[key]["doc"] if key in known else "factor on the command"
+        settings.append(Column(key, *kind_of(key, rig), doc))
     numbers = {name: (metric.unit, metric.doc) for name, metric in METRICS.items()}
     if any(key in keys or rig[key] for key in ADAPTS):
         numbers |= ESTIMATES

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from eft._extras import need
 from eft._native import Rig
-from eft._study._values import Changes, Value, plain, type_of
+from eft._study._values import Changes, Kind, Value, kind_of, plain
 
-Range = tuple[float, float] | tuple[float, float, str] | Sequence[Any]
+Bound = float | str
+Range = tuple[Bound, Bound] | tuple[Bound, Bound, str] | Sequence[Any]
 
 
 class _Span(NamedTuple):
@@ -41,7 +42,7 @@ class Sampler:
     """
 
     ranges: Mapping[str, Range]
-    """The range or list of each dotted key, in the key's unit."""
+    """The range or list of each dotted key, in SI units or as texts with a unit."""
     n: int
     """Number of points."""
     seed: int = 0
@@ -61,7 +62,7 @@ class Sampler:
 
     def combinations(self, rig: Rig) -> Sampled:
         """Draw the points."""
-        spans = {key: _span(key, given, type_of(key, rig)) for key, given in self.ranges.items()}
+        spans = {key: _span(key, given, kind_of(key, rig)) for key, given in self.ranges.items()}
         return Sampled(self, spans, self._points())
 
 
@@ -144,7 +145,7 @@ def _at(span: _Span | list[Value], place: float) -> Value:
     return span.at(place) if isinstance(span, _Span) else span[min(int(place * len(span)), len(span) - 1)]
 
 
-def _span(key: str, given: Range, kind: str) -> _Span | list[Value]:
+def _span(key: str, given: Range, kind: Kind) -> _Span | list[Value]:
     name = f"ranges[{key!r}]"
     if isinstance(given, list) and given:
         return [plain(f"{name}[{i}]", value, kind) for i, value in enumerate(given)]
@@ -152,7 +153,7 @@ def _span(key: str, given: Range, kind: str) -> _Span | list[Value]:
         raise ValueError(
             f'{name} = {given!r}: must be (low, high), (low, high, "log") or a list of at least one choice'
         )
-    if kind != "float":
+    if kind.type != "float":
         raise ValueError(f"{name} = {given!r}: `{key}` has no values in between; give a list of choices")
     low, high = (plain(name, bound, kind) for bound in given[:2])
     log = len(given) == 3

@@ -6,14 +6,17 @@ import difflib
 import hashlib
 import json
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from eft._native import Rig, rig_keys
+from eft._native import Rig, quantity, rig_keys
 
 SCALE = "command.scale"
 """The only key that does not belong to the rig: a factor on the command."""
+
+WITHOUT_EFFECT = "controller.sample_rate"
+"""The key of the rig that no test of a study reads: each has the sample rate of its command."""
 
 Value = bool | int | float | str | list[float] | None
 Changes = dict[str, Value]
@@ -35,8 +38,17 @@ _TYPES: dict[str, tuple[Callable[[object], bool], str]] = {
 }
 
 
-def type_of(key: str, rig: Rig) -> str:
-    """The type of a key's values: "float", "int", "bool", "str" or "list".
+class Kind(NamedTuple):
+    """What the values of a key are."""
+
+    type: str
+    """"float", "int", "bool", "str" or "list"."""
+    unit: str
+    """SI unit of numbers."""
+
+
+def kind_of(key: str, rig: Rig) -> Kind:
+    """The kind of a key's values.
 
     Raises
     ------
@@ -44,10 +56,10 @@ def type_of(key: str, rig: Rig) -> str:
         If there is no such key (the message names the nearest one), or if it is a section.
     """
     if key == SCALE:
-        return "float"
+        return Kind("float", "")
     for entry in rig_keys():
         if entry["key"] == key:
-            return entry["type"]
+            return Kind(entry["type"], entry["unit"])
     if difflib.get_close_matches(key, [SCALE], 1, 0.8):
         raise ValueError(f"unknown key `{key}`; the nearest known key is `{SCALE}`")
     own_value(rig, key)
@@ -68,26 +80,30 @@ def _first_below(section: str) -> str:
     return next(entry["key"] for entry in rig_keys() if entry["key"].startswith(f"{section}."))
 
 
-def plain(name: str, value: Any, kind: str) -> Value:
-    """A value of a type without NumPy; None removes an optional value.
+def plain(name: str, value: Any, kind: Kind) -> Value:
+    """A value without NumPy and without a unit, in SI; None removes an optional value.
 
     Raises
     ------
     ValueError
-        If it is of another type.
+        If it is of another type, or has another unit.
     """
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
     if isinstance(value, tuple):
         value = list(value)
-    fits, allowed = _TYPES[kind]
     if value is None:
         return None
+    if kind.type == "float" and isinstance(value, str):
+        return quantity(name, value, kind.unit)
+    if kind.type == "list" and isinstance(value, list):
+        value = [quantity(name, item, kind.unit) if isinstance(item, str) else item for item in value]
+    fits, allowed = _TYPES[kind.type]
     if not fits(value):
         raise ValueError(f"{name} = {value!r}: {allowed}")
-    if kind == "float":
+    if kind.type == "float":
         return float(value)
-    return [float(item) for item in value] if kind == "list" else value
+    return [float(item) for item in value] if kind.type == "list" else value
 
 
 def digest(value: Any) -> str:

@@ -9,6 +9,8 @@ import click
 
 import eft
 from eft._files import atomic_write, write_text
+from eft._native import quantity
+from eft._study._values import kind_of
 from eft._test_file import read_rig
 from eft.cli._output import FILE, as_json, emit_json, epilog, json_text, settings, units_option
 from eft.traces._write import check_folder
@@ -38,14 +40,14 @@ _MOST = 250_000
 @click.option(
     "--x",
     "horizontal",
-    type=(str, float, float, int),
+    type=(str, str, str, int),
     metavar="KEY LOW HIGH N",
     help="Setting on the horizontal axis.",
 )
 @click.option(
     "--y",
     "vertical",
-    type=(str, float, float, int),
+    type=(str, str, str, int),
     metavar="KEY LOW HIGH N",
     help="Setting on the vertical axis.",
 )
@@ -60,8 +62,8 @@ def stability_map(
     rig: Path | None,
     changes: dict[str, Any],
     kind: str | None,
-    horizontal: tuple[str, float, float, int] | None,
-    vertical: tuple[str, float, float, int] | None,
+    horizontal: tuple[str, str, str, int] | None,
+    vertical: tuple[str, str, str, int] | None,
     outputs: tuple[Path, ...],
     as_json: bool,
 ) -> None:
@@ -70,7 +72,7 @@ def stability_map(
     There are three common maps. level-damping varies the compensation level and the damping of the structure.
     delay-rate varies the response delay in the controller and the sample rate. rate-realization shows the
     largest stable level over the sample rate, for an analog and a digital force loop. --x and --y take any
-    two keys.
+    two keys. LOW and HIGH are in SI units, or have their unit, such as '7 t'.
     """
     targets = outputs or (() if as_json else (Path("map.png"),))
     for target in targets:
@@ -86,7 +88,9 @@ def stability_map(
     if horizontal and vertical:
         if horizontal[3] * vertical[3] > _MOST:
             raise click.UsageError(f"{horizontal[3]} × {vertical[3]} points: must be at most {_MOST}")
-        found = eft.linear.stability_map(chosen, _axis("--x", horizontal), _axis("--y", vertical))
+        found = eft.linear.stability_map(
+            chosen, _axis("--x", horizontal, chosen), _axis("--y", vertical, chosen)
+        )
     else:
         # A building has one damper per story, and no map over a single damper.
         building = chosen["structure.kind"] == "shear_building"
@@ -103,13 +107,22 @@ def stability_map(
     click.echo(f"{', '.join(map(str, targets))} written")
 
 
-def _axis(option: str, given: tuple[str, float, float, int]) -> tuple[str, list[float]]:
-    key, low, high, count = given
+def _axis(option: str, given: tuple[str, str, str, int], rig: eft.Rig) -> tuple[str, list[float]]:
+    key, *bounds, count = given
     if not 2 <= count <= 10_000:
         raise click.UsageError(f"{option} {key}: {count} points: must be from 2 to 10000")
+    low, high = (_bound(f"{option} {key}", bound, kind_of(key, rig).unit) for bound in bounds)
     if not low < high < float("inf") or low == float("-inf"):
         raise click.UsageError(f"{option} {key}: {low:g} to {high:g}: low must lie below high, both finite")
     return key, [low + (high - low) * i / (count - 1) for i in range(count)]
+
+
+def _bound(name: str, text: str, unit: str) -> float:
+    """A number in SI units, or with its unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return quantity(name, text, unit)
 
 
 def _plain(found: eft.linear.StabilityMap) -> dict[str, Any]:
