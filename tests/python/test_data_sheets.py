@@ -176,6 +176,8 @@ def test_a_building_has_the_damping_of_its_modes():
         (lambda: eft.data_sheets.supply("207 bar", precharge="1 bar"), "precharge"),
         (lambda: eft.data_sheets.supply("207 bar", "20 gpm", "5 gal", "208 bar"), "precharge"),
         (lambda: eft.data_sheets.structure("12 kip", 2.0, 0.02), "mass"),
+        (lambda: eft.data_sheets.structure("12 t", 2.0, 2), "damping_ratio = 2: must be below 1.*2 %"),
+        (lambda: eft.data_sheets.stories([1e3], [1e6], [3.0]), r"damping_ratios\[0\] = 3.0: must be below 1"),
         (lambda: eft.data_sheets.stories([1e3], [1e6, 1e6], 0.02), "stiffnesses"),
         (lambda: eft.data_sheets.rig(without("structure.mass")), "missing.*structure.mass"),
         (lambda: eft.data_sheets.rig(SHEET | {"pump": {}}), "pump"),

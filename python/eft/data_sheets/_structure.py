@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft._extras import need
-from eft.data_sheets._values import Value, above_zero, at_least_zero
+from eft.data_sheets._values import Value, above_zero, damping_ratio_of
 
 __all__ = ["stories", "structure"]
 
@@ -28,7 +28,7 @@ def structure(mass: Value, frequency: Value, damping_ratio: Value) -> dict[str, 
     frequency : float or str
         Natural frequency, Hz.
     damping_ratio : float or str
-        Of critical, such as 0.03 or ``"3 %"``.
+        Of critical, below 1, such as 0.03 or ``"3 %"``.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def structure(mass: Value, frequency: Value, damping_ratio: Value) -> dict[str, 
     """
     kilograms = above_zero("mass", mass, "kg")
     omega = 2.0 * np.pi * above_zero("frequency", frequency, "Hz")
-    ratio = at_least_zero("damping_ratio", damping_ratio, "")
+    ratio = damping_ratio_of("damping_ratio", damping_ratio)
     return {
         "structure.kind": "linear",
         "structure.mass": kilograms,
@@ -157,7 +157,7 @@ def _ratios(given: Any, omega: NDArray[Any], rayleigh: tuple[int, int] | None) -
     listed = (
         list(given) if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) else [given]
     )
-    values = [at_least_zero(f"damping_ratios[{i}]", one, "") for i, one in enumerate(listed)]
+    values = [damping_ratio_of(f"damping_ratios[{i}]", one) for i, one in enumerate(listed)]
     wanted = len(omega) if rayleigh is None else 2
     if len(values) == 1:
         values *= wanted

@@ -26,6 +26,14 @@ def at_least_zero(name: str, value: Any, unit: str) -> float:
     return number
 
 
+def damping_ratio_of(name: str, value: Any) -> float:
+    """The damping ratio of a specimen that oscillates; a forgotten per cent sign is refused."""
+    ratio = at_least_zero(name, value, "")
+    if ratio >= 1.0:
+        raise ValueError(f'{name} = {value!r}: must be below 1, such as 0.02 or "2 %"')
+    return ratio
+
+
 def opening_share(name: str, value: Any) -> float:
     """A share between 0 and 1."""
     share = at_least_zero(name, value, "")
