@@ -235,6 +235,14 @@ def laboratory(tmp_path_factory, flow_tests):
     files = {"valve": write("valve.csv", "time (s),valve command (V),spool (%)", time, command, spool)}
     files["flow"] = []
     for n, (opening, x) in enumerate(zip(*flow_tests, strict=True)):
+    for wrong in (1e-3, 1 / 4448.2):
+        with pytest.raises(ValueError, match=r"as large as the force makes it: .* check units"):
+            eft.identification.fine_tune(
+                rig, wrong * run.command, wrong * run.force, run.velocity, run.sample_rate
+            )
+    for wrong in (1e3, 1 / 0.0254):
+        with pytest.raises(ValueError, match=r"as large as the force makes it: .* check units"):
+            eft.identification.fine_tune(rig, run.command, run.force, wrong * run.velocity, run.sample_rate)
         time = np.arange(x.size) / 2048.0
         moved = (x / 0.0254) + 0.1 + 1e-3 * time
         moved[1000:1003] = np.nan

@@ -15,7 +15,7 @@ use super::gaps::{check, detrend};
 use crate::analysis::linear::valve_response;
 use crate::checks;
 use crate::config::TABLE_CAPACITY;
-use crate::config::{Mode, Realization, RigConfig};
+use crate::config::{Mode, Realization, RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of, spectrum};
 
@@ -30,6 +30,10 @@ const LINEAR_OPENING: f64 = 0.15;
 /// Largest factor between force and command. Beyond it one of them has another unit, or the force does not
 /// follow.
 const LARGEST_FACTOR: f64 = 5.0;
+/// Range of the velocity over that of the specimen under the force. Beyond it one of them has another unit.
+const MOTIONS: (f64, f64) = (0.1, 10.0);
+/// Frequencies about the natural one at which the motion depends on damping and amplitude, relative to it.
+const RESONANCE: (f64, f64) = (0.5, 2.0);
 /// Smallest radicand of the load-pressure correction, as in the controller.
 const FLOOR: f64 = 0.05;
 /// Range for peak and valley, relative to the natural frequency.
@@ -94,6 +98,7 @@ pub fn fine_tune(
     let rig = &rig.without(&["truth"])?;
     let (low, high) = band;
     plausible(signals)?;
+    check_motion(rig, signals, sample_rate, band)?;
     let spectra = Spectra::new(rig, signals, sample_rate, 4.0 * high)?;
     let width = sample_rate / command.len() as f64;
     let first = ((low / width).ceil() as usize).max(1);
@@ -153,6 +158,38 @@ fn plausible(signals: TestSignals<'_>) -> Result<()> {
     }
     let found = format!("{factor:.2e} times the command");
     Err(Error::value("force", found, "must be about the command: check the units of both"))
+}
+
+/// Refuses a velocity that is not of the size of the specimen's under the force, away from its resonance.
+fn check_motion(rig: &RigConfig, signals: TestSignals<'_>, sample_rate: f64, band: (f64, f64)) -> Result<()> {
+    let structure = &rig.structure;
+    if structure.kind == StructureKind::ShearBuilding {
+        return Ok(());
+    }
+    let steady = |signal: &[f64]| spectrum(&detrend(signal, |_| true));
+    let (force, velocity) = (steady(signals.force)?, steady(signals.velocity)?);
+    let natural = (structure.stiffness / structure.mass).sqrt() / TAU;
+    let width = sample_rate / signals.force.len() as f64;
+    let (mut product, mut square) = (0.0, 0.0);
+    for (k, (force, velocity)) in force.iter().zip(&velocity).enumerate().skip(1) {
+        let frequency = k as f64 * width;
+        let near = (RESONANCE.0 * natural..RESONANCE.1 * natural).contains(&frequency);
+        if near || !(band.0..=band.1).contains(&frequency) {
+            continue;
+        }
+        let s = Complex64::new(0.0, TAU * frequency);
+        let expected =
+            force / (s * structure.mass + structure.damping + Complex64::from(structure.stiffness) / s);
+        product += (velocity * expected.conj()).re;
+        square += expected.norm_sqr();
+    }
+    let factor = product / square;
+    // No number in a band that is all resonance.
+    if factor.is_nan() || (MOTIONS.0..MOTIONS.1).contains(&factor) {
+        return Ok(());
+    }
+    let allowed = "must be that of this specimen: check units and signs of force and velocity, and the mass";
+    Err(Error::value("velocity", format!("{factor:.2e} times as large as the force makes it"), allowed))
 }
 
 /// The regression `opened = (p + jωq)·needed`.
