@@ -115,6 +115,29 @@ def test_damping():
     assert damping.frequency == pytest.approx(natural, rel=1e-4)
 
 
+def test_a_flow_that_is_more_uncertain_than_large_is_refused():
+    # One stroke beyond the pump and the valve: the pressure falls, and few samples are near null.
+    rig = eft.data_sheets.rig(
+        {
+            "structure": {"mass": "3 t", "frequency": "3 Hz", "damping_ratio": "2 %"},
+            "actuator": {"force": "100 kN", "stroke": "150 mm"},
+            "servovalve": {"rated_flow": "40 gpm", "rated_drop": "1000 psi", "phase_90_frequency": "70 Hz"},
+            "supply": {
+                "pressure": "3000 psi",
+                "pump_flow": "20 gpm",
+                "accumulator_volume": "10 gal",
+                "precharge": "1500 psi",
+            },
+        }
+    )
+    _, moved, spool = eft.identification.flow_test(rig, 0.06)
+    area = rig["actuator.piston_area"]
+    with pytest.raises(ValueError, match=r"flow at the opening .* ± .* must exceed its uncertainty"):
+        eft.identify_flow_curve(spool, moved, 2048.0, area)
+    with pytest.raises(ValueError, match=r"flow_gain = .* ± .* must exceed its uncertainty"):
+        eft.identification.identify_flow_gain(spool, moved, 2048.0, area)
+
+
 @pytest.mark.parametrize(
     ("call", "says"),
     [
@@ -212,6 +235,14 @@ def test_what_cannot_be_tuned_is_refused():
         eft.identification.fine_tune(rig, run.command, run.force, -run.velocity, run.sample_rate)
     with pytest.raises(ValueError, match="check the units"):
         eft.identification.fine_tune(rig, run.command, run.force / 1e3, run.velocity, run.sample_rate)
+    for wrong in (1e-3, 1 / 4448.2):
+        with pytest.raises(ValueError, match=r"as large as the force makes it: .* check units"):
+            eft.identification.fine_tune(
+                rig, wrong * run.command, wrong * run.force, run.velocity, run.sample_rate
+            )
+    for wrong in (1e3, 1 / 0.0254):
+        with pytest.raises(ValueError, match=r"as large as the force makes it: .* check units"):
+            eft.identification.fine_tune(rig, run.command, run.force, wrong * run.velocity, run.sample_rate)
     with pytest.raises(ValueError, match=r"compensation\.mode"):
         tune(rig.replace({"compensation.mode": "off"}), run)
 
@@ -235,14 +266,6 @@ def laboratory(tmp_path_factory, flow_tests):
     files = {"valve": write("valve.csv", "time (s),valve command (V),spool (%)", time, command, spool)}
     files["flow"] = []
     for n, (opening, x) in enumerate(zip(*flow_tests, strict=True)):
-    for wrong in (1e-3, 1 / 4448.2):
-        with pytest.raises(ValueError, match=r"as large as the force makes it: .* check units"):
-            eft.identification.fine_tune(
-                rig, wrong * run.command, wrong * run.force, run.velocity, run.sample_rate
-            )
-    for wrong in (1e3, 1 / 0.0254):
-        with pytest.raises(ValueError, match=r"as large as the force makes it: .* check units"):
-            eft.identification.fine_tune(rig, run.command, run.force, wrong * run.velocity, run.sample_rate)
         time = np.arange(x.size) / 2048.0
         moved = (x / 0.0254) + 0.1 + 1e-3 * time
         moved[1000:1003] = np.nan

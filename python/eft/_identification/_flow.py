@@ -59,7 +59,8 @@ def identify_flow_curve(
     Raises
     ------
     ValueError
-        If the data do not determine the curve; the message says why.
+        If the data do not determine the curve, or a measured flow is more uncertain than it is large; the
+        message says why.
 
     Examples
     --------
@@ -124,7 +125,7 @@ def identify_flow_gain(
     Raises
     ------
     ValueError
-        If the data do not determine the gain; the message says why.
+        If the data do not determine the gain, or it is more uncertain than it is large; the message says why.
 
     Examples
     --------

@@ -127,6 +127,15 @@ pub(super) fn check_rise(openings: &[f64], flows: &[f64]) -> Result<()> {
     ))
 }
 
+/// Refuses a flow (m³/s) that is more uncertain than it is large.
+fn check_known(name: &str, found: Estimate) -> Result<()> {
+    if found.uncertainty < found.value {
+        return Ok(());
+    }
+    let found = format!("{:.3e} ± {:.1e} m³/s", found.value, found.uncertainty);
+    Err(Error::value(name, found, "must exceed its uncertainty: add tests with smaller strokes"))
+}
+
 /// The flow gain `K_v` (m³/s) at the origin: one slope for all openings within ±`limit`.
 ///
 /// # Errors
@@ -282,7 +291,9 @@ impl Fit {
                 "must pass the origin for a flow gain",
             ));
         }
-        Ok(Estimate { value: self.slopes[cell], uncertainty: self.covariance[(cell, cell)].sqrt() })
+        let found = Estimate { value: self.slopes[cell], uncertainty: self.covariance[(cell, cell)].sqrt() };
+        check_known("flow_gain", found)?;
+        Ok(found)
     }
 
     fn curve(&self, openings: Vec<f64>) -> Result<FlowCurveEstimate> {
@@ -308,6 +319,10 @@ impl Fit {
             }
         }
         check_rise(&openings, &flows)?;
+        for k in (0..flows.len()).filter(|k| measured[*k] && *k != zero) {
+            let name = format!("flow at the opening {:.3}", openings[k]);
+            check_known(&name, Estimate { value: flows[k].abs(), uncertainty: uncertainty[k] })?;
+        }
         Ok(FlowCurveEstimate { openings, flows, uncertainty, measured })
     }
 }
