@@ -206,6 +206,10 @@ def test_check_gives_the_verdict_of_the_library_and_the_test_on_the_virtual_rig(
         eft.stability_margin(rig, sampled=True, sample_rate=1024.0, flow_gain="steeper")
     )
     assert answer["metrics"] == pytest.approx(dict(eft.simulate(rig, command).metrics()))
+    assert main(["check", *SWEEP]) == 0
+    assert re.search(
+        rf"sample rate, Hz +1024 +safe from {found.smallest_sample_rate:.0f}", capsys.readouterr().out
+    )
     assert list(folder.iterdir()) == []
 
 

@@ -159,7 +159,7 @@ def _settings(plan: TestPlan, found: dict[str, Any], margins: dict[str, Any]) ->
         ("growth rate about rest, 1/s", f"{margins['growth_rate']:.3g}", "below 0")
     ]
     rate = found["smallest_sample_rate"]
-    safe = f"from {rate:.0f}" if rate else "none found"
+    safe = f"safe from {rate:.0f}" if rate else "none found"
     rows.append(("sample rate, Hz", f"{plan.command.sample_rate:g}", safe))
     mode = plan.rig["compensation.mode"]
     rows.append(("compensation", mode, f"{found['scheme']} needed" if found["scheme"] else ""))
