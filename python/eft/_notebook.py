@@ -74,7 +74,7 @@ def verdict_rows(verdict: Any) -> Rows:
     ]
 
 
-def fields_rows(mapping: Mapping[str, Any]) -> Rows:
+def fields_rows(mapping: Mapping[Any, Any]) -> Rows:
     """Names with spaces, and their values."""
     return [(name.replace("_", " "), value) for name, value in mapping.items()]
 

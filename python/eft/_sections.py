@@ -4,23 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from eft import _native
 
 __all__ = ["Calibration", "CalibrationDeviations", "CurveCorrection", "RigKey", "rig_keys"]
 
 
-class Section(Mapping[str, Any]):
+Name = TypeVar("Name", bound=str)
+
+
+class Section(Mapping[Name, Any]):
     """A frozen dataclass that is also a mapping of its fields, equal to a dictionary with their values."""
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: Name) -> Any:
         if name not in self.__iter__():
             raise KeyError(name)
         return getattr(self, name)
 
-    def __iter__(self) -> Iterator[str]:
-        return (field.name for field in fields(self))  # type: ignore[arg-type]
+    def __iter__(self) -> Iterator[Name]:
+        return (field.name for field in fields(self))  # type: ignore[arg-type, misc]
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
@@ -29,7 +32,7 @@ class Section(Mapping[str, Any]):
         return isinstance(other, Mapping) and plain(self) == plain(other)
 
     def __or__(self, other: Mapping[str, Any]) -> dict[str, Any]:
-        return dict(self) | dict(other)
+        return {str(name): value for name, value in self.items()} | dict(other)
 
     def _repr_html_(self) -> str:
         from eft import _notebook
@@ -44,8 +47,16 @@ def plain(value: Any) -> Any:
     return [plain(part) for part in value] if isinstance(value, (tuple, list)) else value
 
 
+DeviationName = Literal["flow_gain", "valve_gain", "response_delay", "velocity_delay", "null_offset"]
+CurveName = Literal[
+    "asymmetry", "asymmetry_deviation", "departures", "departure_deviations", "error", "flow_gain_share"
+]
+CalibrationName = Literal[DeviationName, "version", "greatest_flow", "deviations", "excitation", "curve"]
+RigKeyName = Literal["key", "unit", "type", "allowed", "doc", "required", "required_where", "default"]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CalibrationDeviations(Section):
+class CalibrationDeviations(Section[DeviationName]):
     """The standard deviations of a calibration."""
 
     flow_gain: float
@@ -61,7 +72,7 @@ class CalibrationDeviations(Section):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CurveCorrection(Section):
+class CurveCorrection(Section[CurveName]):
     """The correction of the flow curve in a calibration."""
 
     asymmetry: float
@@ -82,7 +93,7 @@ class CurveCorrection(Section):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Calibration(Section):
+class Calibration(Section[CalibrationName]):
     """What an adaptive controller learned in a test; as a mapping, the section ``calibration`` of a rig."""
 
     version: int
@@ -127,7 +138,7 @@ def _numbers(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class RigKey(Section):
+class RigKey(Section[RigKeyName]):
     """A key of the configuration."""
 
     key: str

@@ -12,6 +12,7 @@ from eft._memory import memory_of_samples, warn_of_memory
 from eft._native import Command, Rig
 from eft._read_only import read_only
 from eft._run import Array, Dtype, TestRun
+from eft._sections import Calibration
 from eft._watch import show
 
 __all__ = ["IdealResponse", "StepController", "energy_balance", "ideal_response", "simulate"]
@@ -102,7 +103,7 @@ def simulate(
     converged: bool = False,
     controller: StepController | None = None,
     structure: Structure | None = None,
-    calibration: Mapping[str, Any] | None = None,
+    calibration: Calibration | Mapping[str, Any] | None = None,
     progress: Callable[[int, int], object] | None = None,
     watch: bool = False,
 ) -> TestRun:

@@ -28,7 +28,7 @@ __all__ = ["ValveChoice", "ValveSheet", "ValveTable", "compare_valves", "read_va
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ValveSheet(Section):
+class ValveSheet(Section[str]):
     """A valve of a catalogue; as a mapping, the given arguments of `servovalve`."""
 
     rated_flow: Value

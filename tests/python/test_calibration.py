@@ -4,12 +4,14 @@ import dataclasses
 import json
 import pickle
 import tomllib
+import typing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import eft
+from eft import _sections
 from eft.cli import main
 
 ON = {"compensation.adaptive": True, "compensation.feedforward": True, "compensation.curve_correction": True}
@@ -121,3 +123,16 @@ def test_the_command_line_saves_it_and_starts_from_it(
     ):
         assert main([*test, *options]) != 0
         assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("names", "section"),
+    [
+        (_sections.DeviationName, eft.CalibrationDeviations),
+        (_sections.CurveName, eft.CurveCorrection),
+        (_sections.CalibrationName, eft.Calibration),
+        (_sections.RigKeyName, eft.RigKey),
+    ],
+)
+def test_a_type_checker_knows_the_names_of_a_section(names, section):
+    assert set(typing.get_args(names)) == {field.name for field in dataclasses.fields(section)}
