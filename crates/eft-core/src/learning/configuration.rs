@@ -134,7 +134,6 @@ macro_rules! constructor {
                 let added_damping = area / (leak + loop_gain);
                 let integral = check!(within("integral_gain", p.integral_gain, 0.0, LARGEST));
                 let integral = if p.integrates() { integral / p.proportional_gain } else { 0.0 };
-                let integrated = integral * period / (1.0 + integral * period);
                 // Bounds and start of the delay.
                 let [least, most] = check!(bounds("response_delay_bounds", l.response_delay_bounds));
                 let least = least * p.response_delay;
@@ -235,7 +234,8 @@ macro_rules! constructor {
                         per_added_damping: (1.0 / added_damping) as $t,
                         force_per_flow: (1.0 / loop_gain) as $t,
                         fed_forward: if p.feedforward { 1.0 } else { 0.0 },
-                        integrated: integrated as $t,
+                        integrated: (integral * period) as $t,
+                        forgotten: (period / t::GUARD_MEMORY) as $t,
                         low_pass: share(tau * t::GUARD_LOW_PASS, period) as $t,
                         average: share(1.0 / t::GUARD_AVERAGE, period) as $t,
                         slow_average: share(0.25 / t::GUARD_AVERAGE, period) as $t,

@@ -5,7 +5,8 @@
 //! error. It needs neither frequency nor damping of the structure, and acts before the motion has grown.
 //!
 //! The command's own flow makes a force error as well, unless a feedforward supplies it. In phase with the velocity it would
-//! look like overcompensation, so the guard subtracts it. The loop's integral part removes the slow part of this error.
+//! look like overcompensation, so the guard subtracts it. An integral part of the loop removes most of a slow error, so the
+//! guard adds what this part supplies instead of the error.
 
 #[cfg(test)]
 mod tests;
@@ -23,8 +24,10 @@ pub(crate) struct Guard<T> {
     pub(crate) force_per_flow: T,
     /// 1 with a feedforward of the command's flow, else 0.
     pub(crate) fed_forward: T,
-    /// Share of the rest by which the flow of the loop's integral part follows in a step; 0 without this part.
+    /// Share of the error that the loop's integral part supplies after a step; 0 without this part.
     pub(crate) integrated: T,
+    /// Share of that sum which is forgotten in a step.
+    pub(crate) forgotten: T,
     /// Share of the two equal low-passes of error and velocity in a step. Above their corner the loop follows the noise of
     /// its sensors.
     pub(crate) low_pass: T,
@@ -41,7 +44,7 @@ pub(crate) struct Guard<T> {
     /// Lowest level (1).
     pub(crate) lowest: T,
 }
-integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, integrated, low_pass, average, slow_average, quiet, tolerated, correction, lowest);
+integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, integrated, forgotten, low_pass, average, slow_average, quiet, tolerated, correction, lowest);
 
 /// The state of the guard.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +53,7 @@ integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, integrated,
 pub(crate) struct GuardState<T> {
     error: LowPass<T>,
     velocity: LowPass<T>,
-    /// Flow (m³/s), not demanded, that the loop's integral part supplies.
+    /// Force error (N) that the loop's integral part has removed.
     integral: T,
     /// Mean of the error, which offsets of the sensors cause.
     mean_error: T,
@@ -98,9 +101,9 @@ impl<T: Real> Guard<T> {
     /// Adds force error (N, measured less command), flow (m³/s) of the actuator beyond the demanded one, and velocity
     /// (m/s).
     pub(crate) fn observe(&self, state: &mut GuardState<T>, error: T, undemanded: T, velocity: T) {
-        state.integral = state.integral + self.integrated * (undemanded - state.integral);
-        let proportional = undemanded - state.integral;
-        state.error = state.error.after(error + self.force_per_flow * proportional, self.low_pass);
+        state.integral = state.integral + (self.integrated * error - self.forgotten * state.integral);
+        let without_integral = error + state.integral;
+        state.error = state.error.after(without_integral + self.force_per_flow * undemanded, self.low_pass);
         state.velocity = state.velocity.after(velocity, self.low_pass);
         let error = state.error.second - state.mean_error;
         let velocity = state.velocity.second;

@@ -7,6 +7,7 @@ const GUARD: Guard<f64> = Guard {
     force_per_flow: 0.0,
     fed_forward: 1.0,
     integrated: 0.0,
+    forgotten: 0.125,
     low_pass: 0.1,
     average: 0.02,
     slow_average: 0.005,
@@ -61,7 +62,7 @@ fn state() -> GuardState<f64> {
     GuardState {
         error: LowPass { first: 3.0, second: 4.0 },
         velocity: LowPass { first: 0.5, second: 0.3 },
-        integral: 0.1,
+        integral: 0.8,
         mean_error: 1.5,
         pumped: 2.0,
         squares: 0.7,
@@ -75,12 +76,12 @@ fn the_guard_averages_the_power_of_the_error_and_the_square_of_the_velocity() {
     let guard = Guard { force_per_flow: 8.0, low_pass: 0.5, average: 0.25, slow_average: 0.125, ..GUARD };
     let mut now = state();
     guard.observe(&mut now, 6.0, -0.25, 0.9);
-    // The flow that was neither demanded nor integrated, -0.35 m³/s, makes an error of 8 N per m³/s. Each low-pass goes half
-    // of the way.
-    near("error", now.error.first, 0.5 * (3.0 + 6.0 - 2.8));
-    near("error", now.error.second, 0.5 * (4.0 + 3.1));
+    // An eighth of the integral is forgotten. The flow that was not demanded makes an error of 8 N per m³/s. Each low-pass
+    // goes half of the way.
+    near("error", now.error.first, 0.5 * (3.0 + 6.0 + 0.7 - 2.0));
+    near("error", now.error.second, 0.5 * (4.0 + 3.85));
     near("velocity", now.velocity.second, 0.5 * (0.3 + 0.7));
-    let (error, velocity) = (3.55 - 1.5, 0.5);
+    let (error, velocity) = (3.925 - 1.5, 0.5);
     near("power", now.pumped, 0.75 * 2.0 + 0.25 * error * velocity);
     near("square", now.squares, 0.75 * 0.7 + 0.25 * velocity * velocity);
     near("slow square", now.slow_squares, 0.875 * 0.6 + 0.125 * velocity * velocity);
@@ -88,15 +89,20 @@ fn the_guard_averages_the_power_of_the_error_and_the_square_of_the_velocity() {
 }
 
 #[test]
-fn the_integral_part_supplies_what_was_not_demanded_for_long() {
-    let guard = Guard { force_per_flow: 8.0, low_pass: 1.0, integrated: 0.25, ..GUARD };
+fn an_error_that_the_integral_part_removed_counts_as_one_without_it() {
+    let (corner, period) = (60.0, 0.01);
+    let guard = Guard { low_pass: 1.0, integrated: corner * period, forgotten: 0.0, ..GUARD };
     let mut now = GuardState::default();
-    // The flow of the integral part goes a quarter of the way in each step.
-    for rest in [0.75, 0.5625, 0.421875] {
-        guard.observe(&mut now, 6.0, 0.5, 0.9);
-        near("error", now.error.second, 6.0 + 8.0 * 0.5 * rest);
+    // A swing of 0.1 rad in a step behind an integral part, whose high-pass is `1 - 1/(1 + corner/(jω))`.
+    let (mut removed, mut rest) = (0.0, 0.0);
+    for step in 0..1000 {
+        let disturbance = f64::sin(0.1 * f64::from(step));
+        rest = (disturbance - removed) / (1.0 + corner * period);
+        removed += corner * period * rest;
+        guard.observe(&mut now, rest, 0.0, 0.9);
+        near("error", 2.0 + now.error.second, 2.0 + disturbance);
     }
-    near("integral", now.integral, 0.5 * (1.0 - 0.421875));
+    assert!(rest.abs() < 0.2);
 }
 
 #[test]

@@ -90,12 +90,10 @@ fn the_guard_expects_the_flow_of_the_command_only_from_a_feedforward() {
 }
 
 #[test]
-fn the_guards_low_pass_has_the_delay_of_the_loops_integral_part() {
+fn the_guard_integrates_as_the_loop_does() {
     let integrates = Parameters { realization: Realization::Digital, integral_gain: 20.0, ..RIG };
-    let share = of(&integrates).guard.integrated;
-    // The delay with which a low-pass of this share follows a ramp.
-    let lag = (1.0 - share) / share * PERIOD;
-    same("delay", lag, integrates.proportional_gain / integrates.integral_gain);
+    let corner = integrates.integral_gain / integrates.proportional_gain;
+    same("integral part", of(&integrates).guard.integrated, corner * PERIOD);
     for without in [RIG, Parameters { realization: Realization::Analog, ..integrates }] {
         same("no integral part", of(&without).guard.integrated + 1.0, 1.0);
     }
