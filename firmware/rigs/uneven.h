@@ -4,7 +4,7 @@
  */
 #ifndef EFT_RIG_UNEVEN_H
 #define EFT_RIG_UNEVEN_H
-#define EFT_RIG_UNEVEN_CHECKSUM 0x2e5e6fcf
+#define EFT_RIG_UNEVEN_CHECKSUM 0x2b54b397
 
 #include <float.h>
 
@@ -24,6 +24,7 @@ static const eft_parameters EFT_RIG_UNEVEN = {
   0.0, /* friction, N */
   0.001, /* friction_velocity, m/s */
   0.0, /* overlap, 1 */
+  0.0, /* null_bias, 1 */
   9u, /* table_length */
   {-1.0, -0.62, -0.2, -0.05, -0.04, 0.0, 0.03, 0.25, 1.0}, /* openings, 1 */
   {-0.0101, -0.0083, -0.0034, -0.0006, -0.0004, 0.0, 0.0005, 0.0045, 0.0107}, /* flows, m3/s */
@@ -93,6 +94,6 @@ static const eft_parameters EFT_RIG_UNEVEN = {
   0u, /* stuck_samples, samples */
 };
 
-#elif EFT_RIG_UNEVEN_CHECKSUM != 0x2e5e6fcf
+#elif EFT_RIG_UNEVEN_CHECKSUM != 0x2b54b397
 #error "two rigs are called EFT_RIG_UNEVEN: export one of them with another --name"
 #endif

@@ -4,7 +4,7 @@
  */
 #ifndef EFT_RIG_ZHAO2005_H
 #define EFT_RIG_ZHAO2005_H
-#define EFT_RIG_ZHAO2005_CHECKSUM 0xa2afb612
+#define EFT_RIG_ZHAO2005_CHECKSUM 0xfc9f7b6e
 
 #include <float.h>
 
@@ -24,6 +24,7 @@ static const eft_parameters EFT_RIG_ZHAO2005 = {
   0.0, /* friction, N */
   0.001, /* friction_velocity, m/s */
   0.0, /* overlap, 1 */
+  0.0, /* null_bias, 1 */
   21u, /* table_length */
   {-1.0, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0}, /* openings, 1 */
   {-0.008786743716800001, -0.008327905924799999, -0.0078690681328, -0.0074118690472, -0.0068809281735999995, -0.0061795618344, -0.0053126861488, -0.004275384997599999, -0.0030840454447999995, -0.001655093464, 0.0, 0.0016747579408, 0.0030676583807999996, 0.0042671914656, 0.0052618862504, 0.0060599362672, 0.006738360716799999, 0.007226695224, 0.0076740620712, 0.0081230676248, 0.008570434472}, /* flows, m3/s */
@@ -93,6 +94,6 @@ static const eft_parameters EFT_RIG_ZHAO2005 = {
   0u, /* stuck_samples, samples */
 };
 
-#elif EFT_RIG_ZHAO2005_CHECKSUM != 0xa2afb612
+#elif EFT_RIG_ZHAO2005_CHECKSUM != 0xfc9f7b6e
 #error "two rigs are called EFT_RIG_ZHAO2005: export one of them with another --name"
 #endif

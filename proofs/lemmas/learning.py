@@ -14,8 +14,9 @@ LONGEST = 10.0
 LAG = 2.0**20
 #: Largest share of the velocity's delay that is added for the phase of the lead network.
 MOST_SHORT = 0.5
-#: Lowest level of the guard (1), and farthest null offset (1) and asymmetry (1).
+#: Lowest level of the guard (1), farthest known null bias (1), null offset beyond it (1), and asymmetry (1).
 LEVEL = 0.5
+KNOWN_NULL = 0.5
 NULL = 0.05
 ASYMMETRY = 0.3
 
@@ -35,6 +36,7 @@ def control_shows(v: Case) -> Formulas:
     lost = ~v.window.lost.same(0)
     fixed = c.adapts.same(0)
     kept, left = s.evidence, after.evidence
+    null_offset = v.run.compute("fadd", c.curve.known_null, left.curve.null)
     return {
         "the calibration is that of the window": out.window.same(v.window.number),
         "without adaptation the estimates keep their bits": fixed.implies(
@@ -50,8 +52,8 @@ def control_shows(v: Case) -> Formulas:
         "the estimates are published bit for bit": out.flow_gain.same(after.flow.gain.value)
         & out.valve_gain.same(after.valve.found.gain.value)
         & out.response_delay.same(after.valve.found.delay.value)
-        & out.null_offset.same(after.evidence.curve.null)
         & out.level.same(after.guard.level),
+        "the null offset is published beyond the known bias": out.null_offset.same(null_offset),
     }
 
 
@@ -91,6 +93,8 @@ def configured(v: Case) -> Formulas:
         "lag per delay": v.config.valve.lag_per_delay.within(2.0**-9, 2.0**11),
         "share of the phase": v.config.valve.of_phase.within(0.0, 2.0**21),
         "null gain": v.config.null_gain.within(0.0, LARGEST),
+        "known null bias": abs(v.config.curve.known_null) <= KNOWN_NULL,
+        "its signal": abs(v.config.known_signal) <= LARGEST,
         "null change": v.config.curve.null_change.within(0.0, 1.0),
         "asymmetry change": v.config.curve.change.within(0.0, 1.0),
         **{f"configured {name}": formula for name, formula in lead_bounds(v.config.lead).items()},
@@ -141,6 +145,7 @@ def estimates_shows(v: Case) -> Formulas:
     return {
         **{f"kept: {name}": formula for name, formula in kept(v, v.after["state"]).items()},
         "reciprocal of the flow gain": out.per_flow_gain.within(2.0**-7, 2.0**7),
+        "null offset": abs(out.null_offset) <= KNOWN_NULL + NULL,
         "null signal": out.null_signal.is_finite(),
     }
 

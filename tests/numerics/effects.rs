@@ -214,7 +214,7 @@ fn constant_leakage_leaves_an_offset_that_the_loop_cannot_remove() {
 fn a_null_bias_leaves_the_force_that_holds_the_spool_at_the_bias() {
     for bias in [0.02, -0.01] {
         let rig = changed(&[
-            ("servovalve.null_bias", bias.into()),
+            ("truth.servovalve.null_bias", bias.into()),
             ("structure.kind", "linear".into()),
             ("structure.damping", 1e5.into()),
         ]);

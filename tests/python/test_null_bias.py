@@ -1,5 +1,6 @@
 """A null bias under the protection."""
 
+import numpy as np
 import pytest
 
 import eft
@@ -70,3 +71,47 @@ def test_a_known_bias_moves_the_piston_little_while_the_loop_is_open(bias: float
     (force, displacement), (with_bias, moved) = largest
     assert with_bias < 1.3 * force
     assert moved < 1.1 * displacement
+
+
+SWEEP = eft.sine_sweep(8900.0, 0.0, 10.0, 16.0, 4096.0)
+SETTLED = slice(-4 * 4096, None)
+"""The last 4 s, in which the mean of the command is nearly zero."""
+
+
+@pytest.mark.parametrize(
+    "scheme",
+    [
+        {},
+        {"controller.realization": "digital"},
+        {"compensation.mode": "off"},
+        {"compensation.mode": "linear"},
+        {"compensation.sign_from": "demand"},
+    ],
+    ids=["paper", "digital", "off", "linear", "demand"],
+)
+def test_a_fixed_controller_holds_the_valve_at_its_known_bias(scheme: dict[str, object]) -> None:
+    rig = eft.Rig.zhao2005().replace(scheme)
+
+    def run(changes: dict[str, object]) -> eft.TestRun:
+        return eft.simulate(rig.replace(changes), SWEEP)
+
+    sound, known = run({}), run({"servovalve.null_bias": 0.02})
+    unknown = run({"truth.servovalve.null_bias": 0.02})
+
+    def left(of: eft.TestRun) -> float:
+        """RMS of the difference (N) from the rig without a bias."""
+        return float(np.sqrt(np.mean((of.force - sound.force)[SETTLED] ** 2)))
+
+    # The force that holds the spool at 2 %, with the loop's own error of 2 %.
+    held = 0.02 / (rig["controller.proportional_gain"] * 0.1 * rig["controller.force_sensitivity"])
+    assert left(unknown) == pytest.approx(held, rel=0.05)
+    assert left(known) < 0.01 * held
+    assert (known.null_offset_estimate == 0.02).all() and not unknown.null_offset_estimate.any()
+
+
+def test_a_wrong_bias_leaves_the_force_of_its_error() -> None:
+    changes = {"servovalve.null_bias": 0.02, "truth.servovalve.null_bias": 0.03}
+    wrong = eft.simulate(eft.Rig.zhao2005().replace(changes), SWEEP)
+    unknown = eft.simulate(eft.Rig.zhao2005().replace({"truth.servovalve.null_bias": 0.01}), SWEEP)
+    means = [float((run.force - run.command)[SETTLED].mean()) for run in (wrong, unknown)]
+    assert means[0] == pytest.approx(means[1], rel=0.02)

@@ -42,6 +42,9 @@ pub struct Parameters<'a> {
     pub friction_velocity: f64,
     /// Overlap of the spool's lands (1), an opening without flow, which is not in the flow table; 0 for none.
     pub overlap: f64,
+    /// Known null bias of the valve (1, within ±0.5): the spool opening at which it passes nothing at no load. The
+    /// controller adds it to every opening; 0 for none.
+    pub null_bias: f64,
     /// Spool openings (1) of the flow table, strictly increasing.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub openings: &'a [f64],
@@ -270,6 +273,7 @@ impl Parameters<'static> {
         friction: 0.0,
         friction_velocity: 1e-3,
         overlap: 0.0,
+        null_bias: 0.0,
         openings: &[
             -1.0, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6,
             0.7, 0.8, 0.9, 1.0,

@@ -234,6 +234,7 @@ typedef struct eft_parameters {
   double friction;                   // N; Coulomb friction of the seals, 0 for none
   double friction_velocity;          // m/s; below it the friction falls to zero
   double overlap;                    // 1; overlap of the spool's lands, which is not in the flow table, 0 for none
+  double null_bias;                  // 1; opening without flow at no load, 0 for none
   uint32_t table_length;             // points of the flow table, from 2 to EFT_TABLE_CAPACITY
   double openings[EFT_TABLE_CAPACITY]; // 1; spool openings of the flow table, strictly increasing
   double flows[EFT_TABLE_CAPACITY];  // m3/s; its flows, strictly increasing
@@ -279,7 +280,7 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t marker; float value[319]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t marker; float value[323]; } eft_channel_f32;
 // The state of a channel. Each actuator has one.
 typedef struct eft_state_f32 { uint64_t marker; float value[405]; } eft_state_f32;
 
@@ -379,7 +380,7 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 #define EFT_CURVE_NODES 17         // nodes of the flow curve's correction
 
 // A learner's configuration. One serves any number of channels of the same parameters.
-typedef struct eft_learner_f32 { uint64_t marker; float value[167]; } eft_learner_f32;
+typedef struct eft_learner_f32 { uint64_t marker; float value[169]; } eft_learner_f32;
 // The state of a learner. Each channel has one.
 typedef struct eft_learner_state_f32 { uint64_t marker; float value[314]; } eft_learner_state_f32;
 
@@ -499,7 +500,7 @@ EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibratio
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t marker; double value[319]; } eft_channel_f64;
+typedef struct eft_channel_f64 { uint64_t marker; double value[323]; } eft_channel_f64;
 typedef struct eft_state_f64 { uint64_t marker; double value[405]; } eft_state_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
@@ -512,7 +513,7 @@ typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; uint32_t offered; u
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; uint32_t offered; uint32_t taken; } eft_windows_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; uint32_t offered; uint32_t taken;
     } eft_calibrations_f64;
-typedef struct eft_learner_f64 { uint64_t marker; double value[167]; } eft_learner_f64;
+typedef struct eft_learner_f64 { uint64_t marker; double value[169]; } eft_learner_f64;
 typedef struct eft_learner_state_f64 { uint64_t marker; double value[314]; } eft_learner_state_f64;
 typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double velocity_delay;
     double null_offset; double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
@@ -564,16 +565,16 @@ EFT_NODISCARD uint8_t eft_found_flow_f64(const eft_learner_f64 *learner, const e
 EFT_STATIC_ASSERT(sizeof(eft_learning) == 72);
 EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
-EFT_STATIC_ASSERT(sizeof(eft_parameters) == 896);
+EFT_STATIC_ASSERT(sizeof(eft_parameters) == 904);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 408);
-EFT_SIZES(eft_channel, 1288, 2560);
+EFT_SIZES(eft_channel, 1304, 2592);
 EFT_SIZES(eft_state, 1632, 3248);
 EFT_SIZES(eft_input, 48, 96);
 EFT_SIZES(eft_output, 96, 168);
 EFT_SIZES(eft_window, 64, 120);
 EFT_SIZES(eft_calibration, 224, 440);
-EFT_SIZES(eft_learner, 680, 1344);
+EFT_SIZES(eft_learner, 688, 1360);
 EFT_SIZES(eft_learner_state, 1264, 2520);
 EFT_SIZES(eft_learned, 56, 104);
 

@@ -35,7 +35,7 @@ impl<S> Running<S> {
 
 opaque! {
     /// A channel's configuration. One drives any number of actuators.
-    eft_channel[319], 0x5c, Channel<T, EFT_TABLE_CAPACITY>;
+    eft_channel[323], 0x5c, Channel<T, EFT_TABLE_CAPACITY>;
     /// The state of a channel. Each actuator has one.
     eft_state[405], 0xa5, Running<ChannelState<T>>;
     /// The sums of a closed window, for the learner.

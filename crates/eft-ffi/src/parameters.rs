@@ -98,6 +98,7 @@ data! {
         friction: f64, "N; Coulomb friction of the seals, 0 for none";
         friction_velocity: f64, "m/s; below it the friction falls to zero";
         overlap: f64, "1; overlap of the spool's lands, which is not in the flow table, 0 for none";
+        null_bias: f64, "1; opening without flow at no load, 0 for none";
         table_length: u32, "points of the flow table, from 2 to EFT_TABLE_CAPACITY";
         openings: [f64; EFT_TABLE_CAPACITY], "1; spool openings of the flow table, strictly increasing";
         flows: [f64; EFT_TABLE_CAPACITY], "m3/s; its flows, strictly increasing";
@@ -188,7 +189,7 @@ impl eft_parameters {
         };
         Ok(core! { Parameters, self;
             copied: sample_rate level piston_area supply_pressure compressibility leakage friction friction_velocity overlap
-                flow_gain valve_gain response_delay lead_alpha velocity_delay computation_delay force_sensitivity proportional_gain
+                null_bias flow_gain valve_gain response_delay lead_alpha velocity_delay computation_delay force_sensitivity proportional_gain
                 derivative_gain integral_gain valve_command valve_command_rate spool_warning velocity_range force_range
                 spool_range gap_time stuck_samples;
             switches: supply_correction feedforward look_ahead;

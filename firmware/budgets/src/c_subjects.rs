@@ -176,7 +176,8 @@ fn parameters(p: &Parameters) -> eft_parameters {
     (c.sample_rate, c.level) = (p.sample_rate, p.level);
     (c.piston_area, c.supply_pressure) = (p.piston_area, p.supply_pressure);
     (c.compressibility, c.leakage) = (p.compressibility, p.leakage);
-    (c.friction, c.friction_velocity, c.overlap) = (p.friction, p.friction_velocity, p.overlap);
+    (c.friction, c.friction_velocity) = (p.friction, p.friction_velocity);
+    (c.overlap, c.null_bias) = (p.overlap, p.null_bias);
     (c.flow_gain, c.valve_gain) = (p.flow_gain, p.valve_gain);
     (c.response_delay, c.lead_alpha, c.velocity_delay) = (p.response_delay, p.lead_alpha, p.velocity_delay);
     (c.force_sensitivity, c.proportional_gain, c.derivative_gain) =

@@ -106,7 +106,8 @@ fn configured(level: f64, response_delay: f64) -> Option<eft_channel<f32>> {
     (p.sample_rate, p.piston_area, p.supply_pressure) = (r.sample_rate, r.piston_area, r.supply_pressure);
     (p.flow_gain, p.valve_gain, p.lead_alpha) = (r.flow_gain, r.valve_gain, r.lead_alpha);
     (p.compressibility, p.leakage) = (r.compressibility, r.leakage);
-    (p.friction, p.friction_velocity, p.overlap) = (r.friction, r.friction_velocity, r.overlap);
+    (p.friction, p.friction_velocity) = (r.friction, r.friction_velocity);
+    (p.overlap, p.null_bias) = (r.overlap, r.null_bias);
     (p.force_sensitivity, p.proportional_gain, p.derivative_gain) =
         (r.force_sensitivity, r.proportional_gain, r.derivative_gain);
     (p.valve_command, p.valve_command_rate, p.spool_warning) = (100.0, f64::MAX, r.spool_warning);

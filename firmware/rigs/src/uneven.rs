@@ -23,6 +23,7 @@ pub const PARAMETERS: Parameters = Parameters {
     friction: 0.0, // N
     friction_velocity: 0.001, // m/s
     overlap: 0.0, // 1
+    null_bias: 0.0, // 1
     openings: &[-1.0, -0.62, -0.2, -0.05, -0.04, 0.0, 0.03, 0.25, 1.0], // 1
     flows: &[-0.0101, -0.0083, -0.0034, -0.0006, -0.0004, 0.0, 0.0005, 0.0045, 0.0107], // m3/s
     flow_gain: 0.0164, // m3/s

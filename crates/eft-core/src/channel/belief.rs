@@ -132,7 +132,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     }
 
     /// The velocity (m/s) to compensate for. Without a trip it is the believed one. After a trip it is lower, and
-    /// an open loop follows the piston without the null bias.
+    /// an open loop follows the piston without the unknown null bias.
     #[inline(always)]
     fn compensated(
         &self,
@@ -150,8 +150,10 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let velocity = velocity * if rests { zero } else { protected.level };
         let velocity = if protected.open {
             let calibration = state.calibration();
-            let adds = calibration.null_signal.abs() > zero;
-            let added = if adds { calibration.null_offset } else { zero };
+            // Of the learned offset alone, because the watch subtracts the known one.
+            let nominal = self.controller.nominal();
+            let adds = calibration.null_signal != nominal.null_signal;
+            let added = if adds { calibration.null_offset - nominal.null_offset } else { zero };
             velocity - watch.null_velocity(&state.plausibility, believed.spool, added)
         } else {
             velocity

@@ -3,7 +3,7 @@
 use crate::integrity::integrity;
 
 use crate::compensation::{CurvePiece, LeadNetwork, PIECES, table_itself};
-use crate::error::{ConfigError, check, positive};
+use crate::error::{ConfigError, check, positive, within};
 use crate::number::{Flags, Scalar};
 use crate::parameters::Parameters;
 
@@ -30,8 +30,8 @@ pub struct Calibration<S: Scalar> {
     pub valve_gain: S,
     /// Commanded opening (1) at which the valve passes nothing at no load.
     pub null_offset: S,
-    /// The compensation signal (V) for the null offset, `null_offset/(G_p·K_s)`, which the tick adds; 0 with an integral
-    /// part.
+    /// The compensation signal (V) for the null offset, `null_offset/(G_p·K_s)`, which the tick adds. With an integral
+    /// part it is that of the known [`null_bias`](Parameters::null_bias) alone.
     pub null_signal: S,
     /// The guard's factor on the compensation level (1).
     pub level: S,
@@ -82,8 +82,9 @@ impl<S: Scalar> Deviations<S> {
 }
 
 impl<S: Scalar> Calibration<S> {
-    /// The paper's scheme, from a lead network and the response delay (s) for which it compensates.
-    pub(crate) fn of(lead: LeadNetwork<S>, response_delay: S) -> Self {
+    /// The paper's scheme, from a lead network, the response delay (s) for which it compensates, and the known null
+    /// bias (1).
+    pub(crate) fn of(lead: LeadNetwork<S>, response_delay: S, null_bias: S) -> Self {
         let one = S::splat(1.0);
         Self {
             window: u32::MAX,
@@ -94,8 +95,8 @@ impl<S: Scalar> Calibration<S> {
             response_delay,
             velocity_delay: S::splat(0.0),
             valve_gain: one,
-            null_offset: S::splat(0.0),
-            null_signal: S::splat(0.0),
+            null_offset: null_bias,
+            null_signal: null_bias * lead.gain(),
             level: one,
             deviations: Deviations::unknown(),
             test_ratio: S::splat(0.0),
@@ -167,15 +168,24 @@ impl<T: crate::number::Real + defmt::Format> defmt::Format for Calibration<T> {
     }
 }
 
+/// The known null bias (1).
+///
+/// # Errors
+/// A null bias outside [-0.5, 0.5].
+pub(crate) const fn null_bias(p: &Parameters) -> Result<f64, ConfigError> {
+    within("null_bias", p.null_bias, -0.5, 0.5)
+}
+
 macro_rules! constructor {
     ($t:ty) => {
         impl Calibration<$t> {
             /// The paper's scheme: the configured valve and the uncorrected flow table.
             ///
             /// # Errors
-            /// A valve gain, proportional gain, response delay, `α` or sample rate that is refused, by name.
+            /// A valve gain, proportional gain, response delay, `α`, sample rate or null bias that is refused, by name.
             pub fn nominal(p: &Parameters) -> Result<Self, ConfigError> {
-                Ok(Self::of(check!(LeadNetwork::<$t>::by(p)), p.response_delay as $t))
+                let lead = check!(LeadNetwork::<$t>::by(p));
+                Ok(Self::of(lead, p.response_delay as $t, check!(null_bias(p)) as $t))
             }
         }
 
@@ -212,5 +222,26 @@ mod tests {
         assert!(deviations.into_iter().all(|deviation| deviation > f64::MAX));
         // 1/(G_p·K_s)
         assert!((found.lead.gain() * 0.8059 * 0.1 - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_known_null_bias_is_held_by_its_signal_and_refused_beyond_half_the_stroke() {
+        for bias in [-0.5, -0.02, 0.02, 0.5] {
+            let p = Parameters { null_bias: bias, ..Parameters::ZHAO2005 };
+            let found = Calibration::<f64>::nominal(&p).unwrap();
+            // The force loop turns 1 V of compensation into G_p·K_s of opening.
+            let opening = found.null_signal * p.proportional_gain * p.valve_gain;
+            assert!(found.null_offset == bias && (opening / bias - 1.0).abs() < 1e-12, "{found:?}");
+        }
+        for bias in [-0.51, 0.51, f64::NAN] {
+            let p = Parameters { null_bias: bias, ..Parameters::ZHAO2005 };
+            let refused = Calibration::<f64>::nominal(&p);
+            let (Err(ConfigError::OutOfRange { parameter, .. }) | Err(ConfigError::NotFinite { parameter })) =
+                refused
+            else {
+                panic!("{refused:?}");
+            };
+            assert_eq!(parameter, "null_bias");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! From the demanded flow to the spool opening that passes it.
 
-use crate::compensation::{LoadPressure, overlap};
+use crate::compensation::{LoadPressure, null_bias, overlap};
 use crate::error::{ConfigError, check, positive, within};
 use crate::integrity::integrity;
 use crate::number::{Mask as _, Scalar};
@@ -15,15 +15,17 @@ pub struct InverseFlow<S: Scalar, const N: usize> {
     table: PiecewiseLinear<S, N>,
     load_pressure: LoadPressure<S>,
     sign_from_demand: S::Mask,
+    /// Spool opening (1) without flow, at which the sign of the spool's opening changes.
+    null_bias: S,
 }
-integrity!(InverseFlow<T, N>: table, load_pressure, sign_from_demand);
+integrity!(InverseFlow<T, N>: table, load_pressure, sign_from_demand, null_bias);
 
 impl<S: Scalar, const N: usize> InverseFlow<S, N> {
     /// The no-load flow (m³/s) that the valve must pass for a flow (m³/s), and where the load pressure's root is at its
     /// floor. It depends on measured force (N) and spool (1), and on the supply over the configured one, `supply` (1).
     #[inline(always)]
     pub fn demand(&self, flow: S, force: S, spool: S, supply: S) -> (S, S::Mask) {
-        let direction = S::select(self.sign_from_demand, flow, spool);
+        let direction = S::select(self.sign_from_demand, flow, spool - self.null_bias);
         let (root, floored) = self.load_pressure.root(force, direction, supply);
         (flow / root, floored)
     }
@@ -44,6 +46,7 @@ impl<S: Scalar, const N: usize> InverseFlow<S, N> {
     {
         Self {
             sign_from_demand: S::Mask::from_lanes(|i| lane(i).sign_from_demand),
+            null_bias: S::from_lanes(|i| lane(i).null_bias),
             load_pressure: LoadPressure::pack(&|i| &lane(i).load_pressure),
             table: PiecewiseLinear::pack(&|i| &lane(i).table),
         }
@@ -69,6 +72,7 @@ macro_rules! constructor {
                 table: PiecewiseLinear::<$t, N>::EMPTY,
                 load_pressure: LoadPressure::<$t>::NONE,
                 sign_from_demand: false,
+                null_bias: 0.0,
             };
 
             /// As [`new`](Self::new), in place.
@@ -77,6 +81,7 @@ macro_rules! constructor {
                 let flow_gain = check!(positive("flow_gain", p.flow_gain));
                 self.load_pressure = check!(LoadPressure::<$t>::new(p.piston_area, p.supply_pressure));
                 self.sign_from_demand = matches!(p.sign_from, SignFrom::Demand);
+                self.null_bias = check!(null_bias(p)) as $t;
                 // An error names the table's entries, whichever axis is the input.
                 check!(self.table.fill("openings", p.openings, "flows", p.flows));
                 if matches!(p.mode, Mode::Linear) {

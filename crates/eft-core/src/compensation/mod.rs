@@ -10,6 +10,7 @@ mod lead;
 mod load_pressure;
 mod velocity_feedback;
 
+pub(crate) use calibration::null_bias;
 pub use calibration::{Calibration, Deviations};
 pub use feedforward::{Feedforward, FeedforwardState};
 pub use flow_curve::CurvePiece;

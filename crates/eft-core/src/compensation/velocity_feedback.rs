@@ -1,6 +1,6 @@
 //! Velocity feedback compensation (Fig. 5 of the paper): one call a sample.
 
-use crate::compensation::{Calibration, CurveGrid, InverseFlow, LeadNetwork, LeadState};
+use crate::compensation::{Calibration, CurveGrid, InverseFlow, LeadNetwork, LeadState, null_bias};
 use crate::error::{ConfigError, LARGEST, check, range};
 use crate::integrity::integrity;
 use crate::number::{Mask, Scalar};
@@ -19,11 +19,15 @@ pub struct Compensation<S: Scalar, const N: usize> {
     force_range: S,
     spool_range: S,
     spool_warning: S,
-    /// Where flow table and null are corrected, and the distance of the correction's nodes.
+    /// Known null bias (1).
+    null_bias: S,
+    /// Where the calibration's null offset is added.
+    adds_null: S::Mask,
+    /// Where the flow table is corrected, and the distance of the correction's nodes.
     corrects: S::Mask,
     grid: CurveGrid<S>,
 }
-integrity!(Compensation<T, N>: inverse, lead, response_delay, velocity_to_flow, velocity_range, force_range, spool_range, spool_warning, corrects, grid);
+integrity!(Compensation<T, N>: inverse, lead, response_delay, velocity_to_flow, velocity_range, force_range, spool_range, spool_warning, null_bias, adds_null, corrects, grid);
 
 /// One sample's measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,8 +135,8 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     ) -> CompensationState<S> {
         let mut lead = state.lead;
         let mut output = calibration.lead.step(&mut lead, opening);
-        if self.corrects.any() {
-            output = S::select(self.corrects, output + calibration.null_signal, output);
+        if self.adds_null.any() {
+            output = S::select(self.adds_null, output + calibration.null_signal, output);
         }
         CompensationState { lead, output }
     }
@@ -146,7 +150,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     /// The calibration of the configuration, which is the paper's scheme.
     #[inline(always)]
     pub fn nominal(&self) -> Calibration<S> {
-        Calibration::of(self.lead, self.response_delay)
+        Calibration::of(self.lead, self.response_delay, self.null_bias)
     }
 
     /// The state of a rig that has long been at this operating point. The next [`step`](Self::step) with the same
@@ -170,6 +174,8 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
             force_range: S::from_lanes(|i| lane(i).force_range),
             spool_range: S::from_lanes(|i| lane(i).spool_range),
             spool_warning: S::from_lanes(|i| lane(i).spool_warning),
+            null_bias: S::from_lanes(|i| lane(i).null_bias),
+            adds_null: S::Mask::from_lanes(|i| lane(i).adds_null),
             corrects: S::Mask::from_lanes(|i| lane(i).corrects),
             grid: CurveGrid::pack(&|i| &lane(i).grid),
             inverse: InverseFlow::pack(&|i| &lane(i).inverse),
@@ -229,6 +235,8 @@ macro_rules! constructor {
                 force_range: 0.0,
                 spool_range: 0.0,
                 spool_warning: 0.0,
+                null_bias: 0.0,
+                adds_null: false,
                 corrects: false,
                 grid: CurveGrid { per_flow: 0.0, step: 0.0 },
             };
@@ -243,6 +251,8 @@ macro_rules! constructor {
                 self.spool_range = check!(range("spool_range", p.spool_range)) as $t;
                 self.spool_warning = check!(range("spool_warning", p.spool_warning)) as $t;
                 self.corrects = p.learning.adaptive && p.learning.curve_correction;
+                self.null_bias = check!(null_bias(p)) as $t;
+                self.adds_null = self.corrects || self.null_bias != 0.0;
                 self.grid = CurveGrid { per_flow: grid.per_flow as $t, step: grid.step as $t };
                 self.lead = check!(LeadNetwork::<$t>::by(p));
                 self.response_delay = p.response_delay as $t;

@@ -1,6 +1,6 @@
 //! A learner from the rig's parameters.
 
-use crate::compensation::{CurveGrid, LeadNetwork};
+use crate::compensation::{CurveGrid, LeadNetwork, null_bias};
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::learning::band_filter::{BandFilter, end_taps};
 use crate::learning::deviation::Deviation;
@@ -147,6 +147,7 @@ macro_rules! constructor {
                 let [lead, lag] = t::VELOCITY_DELAY_REACH;
                 let [least_flow, most_flow] = check!(gains("flow_gain_bounds", l.flow_gain_bounds));
                 let [least_gain, most_gain] = check!(gains("valve_gain_bounds", l.valve_gain_bounds));
+                let null_bias = check!(null_bias(p));
                 let excitation = check!(positive("excitation", l.excitation));
                 let longest = if highest > nominal { highest } else { nominal };
                 let slowest = longest + (1.0 + t::MOST_SHORT) * (velocity_delay + lag * nominal);
@@ -171,13 +172,14 @@ macro_rules! constructor {
                     model,
                     lead: network,
                     null_gain: if p.integrates() { 0.0 } else { network.gain() },
+                    known_signal: null_bias as $t * network.gain(),
                     filter: BandFilter {
                         taps: [ends as $t, (1.0 - 2.0 * ends) as $t],
                         low_pass: low_pass as $t,
                         high_pass: share(tau * t::HIGH_PASS, period) as $t,
                     },
                     gate: Gate {
-                        linear_range: t::LINEAR_RANGE as $t,
+                        linear_range: (t::LINEAR_RANGE - null_bias.abs()) as $t,
                         excitation: (excitation * excitation) as $t,
                         change_weight: (t::EXCITATION_TIME * t::EXCITATION_TIME / (period * period)) as $t,
                         per_square_flow: (1.0 / (flow_gain * flow_gain)) as $t,
@@ -208,6 +210,7 @@ macro_rules! constructor {
                     },
                     curve: FlowCurve {
                         grid: CurveGrid { per_flow: grid.per_flow as $t, step: grid.step as $t },
+                        known_null: null_bias as $t,
                         forgotten: (t::MEMORY / t::DIRECTION_MEMORY) as $t,
                         average: (period / t::CURVE_AVERAGE) as $t,
                         correlation: (t::CURVE_CORRELATION / period) as $t,

@@ -43,6 +43,8 @@ const COMMON_BELIEF: f64 = 1.0e-2;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowCurve<T> {
     pub(crate) grid: CurveGrid<T>,
+    /// The known null bias (1), from which the learner measures every opening.
+    pub(crate) known_null: T,
     /// Forgetting of the directions' sums, over the forgetting of the flow gain's sums.
     pub(crate) forgotten: T,
     /// Share of the mean squared error that a further window displaces.
@@ -57,7 +59,7 @@ pub(crate) struct FlowCurve<T> {
     /// Growth of a departure's variance in a window that moves it, over the square of the node's flow.
     pub(crate) drift: T,
 }
-integrity!(FlowCurve<T>: grid, forgotten, average, correlation, disturbance, change, null_change, drift);
+integrity!(FlowCurve<T>: grid, known_null, forgotten, average, correlation, disturbance, change, null_change, drift);
 
 /// Sums over the windows of one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

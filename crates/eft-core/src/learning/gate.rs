@@ -13,7 +13,7 @@ use crate::number::Real;
 /// Constants of the gate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Gate<T> {
-    /// Opening (1) beyond which the valve counts as saturated.
+    /// Opening (1) from the known null beyond which the valve counts as saturated.
     pub(crate) linear_range: T,
     /// Square of the opening (1) below which nothing is learned.
     pub(crate) excitation: T,

@@ -53,8 +53,10 @@ pub struct Learner<T: Real, const N: usize> {
     /// Compensation signal (V) per null offset (1). It is 0 with an integral part, which supplies the offset itself: near
     /// null, overlap and friction look like an offset, and to add them moves the piston further.
     pub(super) null_gain: T,
+    /// Compensation signal (V) for the known null bias.
+    pub(super) known_signal: T,
 }
-integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, null_gain);
+integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, null_gain, known_signal);
 
 /// The state of a learner, made by [`Learner::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -190,7 +192,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
         state.mean_share = self.filter.next_share(state.mean_share, restart);
 
         // The commanded and the measured opening in the estimators' band.
-        self.valve.asked(&mut state.valve, means.valve_command, restart);
+        let asked = self.valve.valve_gain * means.valve_command - self.curve.known_null;
+        self.valve.asked(&mut state.valve, asked, restart);
         let (filter, filters, share) = (&self.filter, &mut state.filters, state.share);
         let (opening, change) = filter.step(&mut filters.asked, state.valve.opening(), share, restart);
         let asked = [opening, -change];
@@ -316,8 +319,9 @@ impl<T: Real, const N: usize> Learner<T, N> {
         undo(&calibration.curve, self.curve.grid.step, self.model.at_no_load(opening)) * calibration.flow_gain
     }
 
-    /// The means of a whole window. A lost valve command (V) is replaced by that for the measured opening. With any other
-    /// value the filters' means would contradict each other for seconds.
+    /// The means of a whole window, with the spool's opening from the known null. A lost valve command (V) is
+    /// replaced by that for the measured opening. With any other value the filters' means would contradict each other
+    /// for seconds.
     fn means(&self, window: &Window<T>, valve_gain: T) -> Means<T> {
         let Sums { velocity, force, spool, valve_command, command, spool_without_command } = window.sums;
         let stand_in = spool_without_command / (self.valve.valve_gain * valve_gain);
@@ -327,7 +331,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         Means {
             velocity: velocity * per_window,
             force,
-            spool: spool * per_window,
+            spool: spool * per_window - self.curve.known_null,
             valve_command: (valve_command + stand_in) * per_window,
             command: command * per_window,
             command_change: window.end.command - window.start.command,
@@ -379,12 +383,12 @@ impl<T: Real, const N: usize> Learner<T, N> {
             response_delay: valve.delay.value,
             velocity_delay: if self.adapts { flow.delay.value } else { zero },
             valve_gain: valve.gain.value,
-            null_offset: null,
-            null_signal: null * self.null_gain,
             level,
             deviations: state.deviations,
             test_ratio: state.gate.test_ratio(&self.gate),
             curve: state.curve.nodes.pieces,
+            null_offset: null + self.curve.known_null,
+            null_signal: null * self.null_gain + self.known_signal,
         }
     }
 }

@@ -95,7 +95,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             valve_gain: of(valve.gain.value),
             response_delay: of(valve.delay.value),
             velocity_delay: of(flow.delay.value),
-            null_offset: of(curve.null),
+            null_offset: of(curve.null) + self.known_null(),
             deviations: Deviations {
                 flow_gain: of(found.flow_gain),
                 valve_gain: of(found.valve_gain),
@@ -204,7 +204,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let rest = of_null - self.deviation.of_mean(evidence);
             let least = T::splat(1.0 - MOST_LEFT_OUT) * of_null;
             let rest = if rest > least { rest } else { least };
-            let null = [of(saved.null_offset), rest, of(d.valve_gain) / state.valve.found.gain.value];
+            let null = [
+                of(saved.null_offset - self.known_null()),
+                rest,
+                of(d.valve_gain) / state.valve.found.gain.value,
+            ];
             let known = (&mut state.curve, &mut evidence.curve);
             let gains = [state.flow.gain.value, self.flow_gain];
             self.curve.know(known, error * error, asymmetry, null, gains);
@@ -218,6 +222,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
         state.checkpoints = Checkpoints::of(evidence);
         state.deviations = self.deviations(&state, self.valve.mean_square_frequency(&state.evidence.valve));
         Ok(state)
+    }
+
+    /// The known null bias (1).
+    fn known_null(&self) -> f64 {
+        self.curve.known_null.to_f64()
     }
 
     fn greatest_flow(&self) -> f64 {
@@ -248,7 +257,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
         for (name, value, [lowest, highest]) in estimates {
             near(name, value, lowest.to_f64(), highest.to_f64())?;
         }
-        near("calibration.null_offset", saved.null_offset, -FARTHEST_NULL, FARTHEST_NULL)?;
+        let known = self.known_null();
+        near("calibration.null_offset", saved.null_offset, known - FARTHEST_NULL, known + FARTHEST_NULL)?;
         let Deviations { flow_gain, valve_gain, response_delay, velocity_delay, null_offset } =
             saved.deviations;
         for deviation in [flow_gain, valve_gain, response_delay, velocity_delay, null_offset] {

@@ -55,10 +55,9 @@ impl<T: Real> ValveEstimator<T> {
         ValveState { opening: zero, washout: zero, found: self.priors.at_rest() }
     }
 
-    /// Computes the commanded opening (1) from the valve command (V), by the inverse of a lead network for the valve
-    /// alone. It is discretised by Tustin at the estimator's period.
-    pub(crate) fn asked(&self, state: &mut ValveState<T>, valve_command: T, restart: bool) {
-        let input = self.valve_gain * valve_command;
+    /// Computes the commanded opening (1) from that behind the lead network (1), by the inverse of a network for the
+    /// valve alone. It is discretised by Tustin at the estimator's period.
+    pub(crate) fn asked(&self, state: &mut ValveState<T>, input: T, restart: bool) {
         let delay = state.found.delay.value;
         let lag = self.lag_per_delay * delay;
         let lead = delay + delay;
@@ -235,9 +234,8 @@ mod tests {
         let mut network = LeadNetwork::at_rest(0.0);
         for n in 0..3000_u32 {
             let opening = 0.3 * (0.01 * f64::from(n)).sin();
-            // The proportional gain multiplies the network's voltage, and the network's gain contains its reciprocal.
-            let voltage = lead.step(&mut network, opening) / (estimator.lead_gain * estimator.valve_gain);
-            estimator.asked(&mut state, voltage, n == 0);
+            let input = lead.step(&mut network, opening) / estimator.lead_gain;
+            estimator.asked(&mut state, input, n == 0);
             if n > 500 {
                 assert!((state.opening() - opening).abs() < 1e-4, "{n}");
             }

@@ -55,6 +55,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) leakage: T,
     pub(super) oil: T,
     pub(super) valve_gain: T,
+    /// The known null bias (1), from which the valve's flow depends on the spool.
+    pub(super) null_bias: T,
     /// Coefficients (1): the residuals' low-pass and high-pass, the valve's lag, the valve's low-pass.
     pub(super) low: T,
     pub(super) high: T,
@@ -86,7 +88,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
 
 /// The residuals, in the order of their arrays: flow, fast flow, motion, stroke, force's direction, motion's ratio,
 /// spool's direction.
@@ -146,7 +148,7 @@ pub(crate) struct PlausibilityState<T> {
     load_pressure: LoadPressureState<T>,
     /// Time (s) of the balanced samples, up to [`MEMORY`].
     age: T,
-    /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias.
+    /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias beyond the known.
     null: T,
 }
 integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, load_pressure, age, null);
@@ -291,11 +293,12 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         share * force * (per_velocity * state.braked).limit(-one, one)
     }
 
-    /// The velocity (m/s) that the null bias makes while the force loop is open, at this opening (1), apart from the opening
-    /// that the calibration adds for it.
+    /// The velocity (m/s) that the unknown null bias makes while the force loop is open, at this opening (1), apart from
+    /// the opening that the calibration adds for it.
     #[inline(always)]
     pub(crate) fn null_velocity(&self, state: &PlausibilityState<T>, spool: T, added: T) -> T {
-        let slope = self.model.flow(spool, spool, T::splat(0.0), T::splat(1.0)).slope;
+        let opening = spool - self.null_bias;
+        let slope = self.model.flow(opening, opening, T::splat(0.0), T::splat(1.0)).slope;
         let left = state.null + added;
         let sure = (left.abs() * T::splat(1.0 / DOUBT) - T::splat(1.0)).limit(T::splat(0.0), T::splat(1.0));
         slope * (left * sure) / self.area

@@ -1,5 +1,6 @@
 //! The limits of a plausibility watch, from noise and from the allowed error of the calibration.
 
+use crate::compensation::null_bias;
 use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, range, within};
 use crate::learning::FlowModel;
 use crate::parameters::{Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
@@ -220,6 +221,7 @@ macro_rules! constructor {
                     leakage: leakage as $t,
                     oil: (compressibility / area) as $t,
                     valve_gain: valve_gain as $t,
+                    null_bias: check!(null_bias(p)) as $t,
                     low: low as $t,
                     high: share(ABOVE, rate) as $t,
                     lag: (1.0 / (1.0 + lag)) as $t,

@@ -56,7 +56,7 @@ proptest! {
         let input = input([velocity, force, spool, 0.0]);
         let mut state = c.prime(&input, &calibration);
         let gain = 1.0 / (p.proportional_gain * p.valve_gain);
-        let expected = gain * required_opening(&p, velocity, force, spool);
+        let expected = gain * required_opening(&p, velocity, force, spool - p.null_bias);
         prop_assert!((state.output() - expected).abs() < 1e-12 * gain, "{} {expected}", state.output());
         // Primed without a bump: the next steps give the same bits.
         for _ in 0..3 {

@@ -192,6 +192,38 @@ proptest! {
     }
 }
 
+proptest! {
+    /// A valve whose null is at `b` is the valve without a bias behind the spool opening less `b`. So the compensation
+    /// for a spool that is `b` further open is the same, and `b/(G_p·K_s)` of voltage holds the spool there.
+    #[test]
+    fn a_known_null_bias_moves_the_zero_of_the_spool(
+        p in parameters(Realization::Digital), null_bias in -0.5..0.5f64,
+        ticks in prop::collection::vec(rig::inputs(), 1..120),
+    ) {
+        let p = Parameters { valve_command: f64::MAX, valve_command_rate: f64::MAX, ..p };
+        let p = Parameters { spool_range: f64::MAX, spool_warning: f64::MAX, null_bias: 0.0, ..p };
+        let with = Controller::<f64, 21>::new(&Parameters { null_bias, ..p }).unwrap();
+        let without = Controller::<f64, 21>::new(&p).unwrap();
+        let [mut state, mut plain] = [ControllerState::default(); 2];
+        let signal = null_bias / (p.proportional_gain * p.valve_gain);
+        // Before the first good sample the output is that of rest.
+        let first = Input { spool: 0.1, command: 0.0, velocity: 0.0, force: 0.0, ..Input::default() };
+        for i in core::iter::once(&first).chain(&ticks) {
+            let moved = Input { spool: i.spool + null_bias, ..*i };
+            // Less the rounding by the sum.
+            let i = &Input { spool: moved.spool - null_bias, ..*i };
+            let (out, like) = (step(&with, &mut state, &input(&moved)), step(&without, &mut plain, &input(i)));
+            prop_assert_eq!(out.status, like.status);
+            let rounding = 1e-12 * (1.0 + like.compensation.abs());
+            let added = out.compensation - like.compensation;
+            prop_assert!((added - signal).abs() <= rounding, "{added} V, not {signal} V");
+            let rounding = 1e-11 * (1.0 + like.valve_command.abs());
+            let opened = p.valve_gain * (out.valve_command - like.valve_command);
+            prop_assert!((opened - null_bias).abs() <= rounding, "{opened}, not {null_bias}");
+        }
+    }
+}
+
 /// Calibrations side by side.
 fn side_by_side<T: Real, const L: usize>(single: &[Calibration<T>; L]) -> Calibration<Lanes<T, L>> {
     let of = |pick: fn(&Calibration<T>) -> T| Lanes::from_lanes(|lane| pick(&single[lane]));

@@ -172,10 +172,11 @@ pub(crate) fn inputs() -> impl Strategy<Value = Input<f64>> {
     )
 }
 
-/// Integral gain (1/s), friction (N) and overlap (1), each absent in half of the rigs.
-fn wear() -> impl Strategy<Value = [f64; 3]> {
+/// Integral gain (1/s), friction (N), overlap (1) and null bias (1), each absent in half of the rigs.
+fn wear() -> impl Strategy<Value = [f64; 4]> {
     let up_to = |most: f64| prop_oneof![Just(0.0), 0.0..most];
-    [up_to(40.0).boxed(), up_to(5.0e3).boxed(), up_to(0.05).boxed()]
+    let bias = prop_oneof![Just(0.0), -0.5..0.5f64];
+    [up_to(40.0).boxed(), up_to(5.0e3).boxed(), up_to(0.05).boxed(), bias.boxed()]
 }
 
 /// Parameters near the paper's.
@@ -187,6 +188,7 @@ pub(crate) fn parameters() -> impl Strategy<Value = Parameters<'static>> {
             integral_gain: wear[0],
             friction: wear[1],
             overlap: wear[2],
+            null_bias: wear[3],
             mode,
             sign_from,
             level,

@@ -109,6 +109,7 @@ pub(crate) fn for_c(p: &Parameters) -> eft_parameters {
         friction: p.friction,
         friction_velocity: p.friction_velocity,
         overlap: p.overlap,
+        null_bias: p.null_bias,
         table_length: p.openings.len() as u32,
         openings,
         flows,

@@ -96,6 +96,7 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
         friction: rig.actuator.friction,
         friction_velocity: rig.actuator.friction_velocity,
         overlap: rig.servovalve.overlap.max(0.0),
+        null_bias: rig.servovalve.null_bias,
         leakage: rig.actuator.leakage,
         openings: &rig.controller_curve().openings,
         flows: &rig.controller_curve().flows,

@@ -21,7 +21,7 @@ macro_rules! estimates {
                 valve_gain_estimate: "", "Spool's gain in use over the configured one",
                     calibration.valve_gain => |_| 1.0;
                 null_offset_estimate: "", "Commanded opening at which the valve passes nothing, which the controller adds",
-                    calibration.null_offset => |_| 0.0;
+                    calibration.null_offset => |rig| rig.servovalve.null_bias;
                 level: "", "Factor of the overcompensation guard on the compensation level; 1 without its action",
                     calibration.level => |_| 1.0;
                 flow_gain_deviation: "", "Standard deviation of the flow gain, by noise and errors of the models; infinite before anything is learned",

@@ -70,7 +70,7 @@ pub static KEYS: &[Key] = &[
     key("servovalve.torque_motor_frequency", "Hz", Float(1.0, 1e6), Optional, "natural frequency of the torque motor before the pilot stage, second order; absent means no torque motor"),
     key("servovalve.torque_motor_damping", "", Float(0.05, 10.0), float(0.7), "damping ratio of the torque motor"),
     key("servovalve.overlap", "", Float(-0.5, 0.5), float(0.0), "overlap of the spool's lands, an opening without flow; a negative value is an underlap, within which all ports are open; the nonlinear compensation compensates for the configured value"),
-    key("servovalve.null_bias", "", Float(-0.5, 0.5), float(0.0), "null bias: spool opening at which the valve passes nothing at no load"),
+    key("servovalve.null_bias", "", Float(-0.5, 0.5), float(0.0), "null bias: spool opening at which the valve passes nothing at no load; the controller adds it to every opening"),
     key("servovalve.leakage.proportional", "m³/(s·Pa)", Float(0.0, 1e-3), float(0.0), "leakage of the main stage proportional to the load pressure, Eq. (5)"),
     key("servovalve.leakage.constant", "m³/s", Float(0.0, 1.0), float(0.0), "constant leakage of the main stage at `supply.pressure`, Eq. (5)"),
     key("servovalve.leakage.null_region", "", Float(1e-6, 1.0), float(0.003), "opening within which the constant leakage changes its sign"),

@@ -213,6 +213,30 @@ fn an_opened_loop_compensates_for_the_null_bias_and_not_for_a_fault() {
     }
 }
 
+// SR-10
+#[test]
+fn an_opened_loop_keeps_a_known_null_bias() {
+    for (integral_gain, curve_correction) in [(0.0, false), (4.0, false), (0.0, true), (4.0, true)] {
+        let learning = Learning { adaptive: curve_correction, curve_correction, ..Learning::OFF };
+        let rig = Parameters { integral_gain, learning, null_bias: 0.03, protection: WATCHED, ..RIG };
+        let channel = Channel::<f64, 21>::new(&rig).unwrap();
+        let mut state = channel.at_rest();
+        let still = Input { command: 0.0, force: 0.0, spool: 0.03, ..still(0) };
+        let mut opened = f64::NAN;
+        for tick in 0..4096 {
+            if tick >= 3000 {
+                state.protection.shut_down_by(Cause::ForceLost);
+            }
+            let now = Input { velocity: 0.0, displacement: 0.0, ..still };
+            opened = channel.step(&mut state, &now).voltage;
+            // The flow at the known null is none, so that nothing is left to compensate for.
+            let held = 0.03 / RIG.valve_gain;
+            assert!((opened - held).abs() < 1e-9, "{integral_gain} {curve_correction} {tick}: {opened}");
+        }
+        assert!(opened > 0.0);
+    }
+}
+
 #[test]
 fn the_null_bias_of_a_swing_is_its_mean() {
     let channel = Channel::<f64, 21>::new(&Parameters { protection: WATCHED, ..RIG }).unwrap();

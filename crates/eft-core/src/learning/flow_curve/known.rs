@@ -74,7 +74,8 @@ impl<T: Real> FlowCurve<T> {
     ) -> [T; 2] {
         let away = state.offset - evidence.null;
         let [back, forth] = &evidence.directions;
-        [state.variance + away * away, evidence.null * self.late(back.slopes + forth.slopes, slope)]
+        let null = evidence.null + self.known_null;
+        [state.variance + away * away, null * self.late(back.slopes + forth.slopes, slope)]
     }
 
     /// Time that averages the offset of the spool's sensor, over the memory of these sums of squared slopes (squared
@@ -113,7 +114,7 @@ impl<T: Real> FlowCurve<T> {
         let (mut low, mut high) = (T::splat(0.0), null_variance);
         for _ in 0..BISECTIONS {
             let noise = half * (low + high);
-            let late = null * of_gain * self.late(slopes(noise), slope);
+            let late = (null + self.known_null) * of_gain * self.late(slopes(noise), slope);
             if noise + late * late < null_variance { low = noise } else { high = noise }
         }
         let (noise, slopes) = (high, slopes(high));

@@ -10,6 +10,7 @@ use crate::learning::curve_nodes::undo;
 
 const CURVE: FlowCurve<f64> = FlowCurve {
     grid: CurveGrid::over(8.0),
+    known_null: 0.0,
     forgotten: 0.05,
     average: 1e-3,
     correlation: 30.0,

@@ -19,6 +19,7 @@ fn learner() -> Learner<f64, 21> {
 /// A correction with steps of 1 m³/s, without forgetting and without a limited rate.
 const CURVE: FlowCurve<f64> = FlowCurve {
     grid: CurveGrid::over((PIECES / 2 - 1) as f64),
+    known_null: 0.0,
     forgotten: 0.0,
     average: 1e-3,
     correlation: 30.0,

@@ -49,6 +49,7 @@ impl Random {
             lead_alpha: if self.next() < 0.5 { self.factor(1e-3, 1.0) } else { 1.0 - self.factor(1e-3, 1.0) },
             proportional_gain: p.proportional_gain * self.factor(1e-9, 1e9),
             valve_gain: p.valve_gain * self.factor(1e-9, 1e9),
+            null_bias: self.next() - 0.5,
             learning,
             ..p
         }
@@ -82,6 +83,8 @@ macro_rules! holds {
         within(learner.valve.lead_gain, 0.0, 1e12);
         within(learner.valve.priors.per_period, 1.0, 2e11);
         within(learner.null_gain, 0.0, 1e12);
+        within(learner.curve.known_null, -0.5, 0.5);
+        within(learner.known_signal, -1e12, 1e12);
         within(learner.curve.change, 0.0, 1.0);
         within(learner.curve.null_change, 0.0, 1.0);
         assert!(learner.guard.lowest == 0.5);

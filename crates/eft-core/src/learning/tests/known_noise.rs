@@ -234,3 +234,24 @@ fn a_known_null_offset_is_added_unless_the_force_loop_integrates() {
         assert!((found.null_signal - expected).abs() < 1e-12, "{} V, not {expected}", found.null_signal);
     }
 }
+
+/// A saved null offset replaces a known bias, and a learner saves the whole offset.
+#[test]
+fn a_saved_null_offset_is_from_the_valves_own_null() {
+    let learning = Learning { curve_correction: true, ..RIG.learning };
+    let rig = Parameters { null_bias: 0.03, learning, ..RIG };
+    let learner = Learner::<f64, 21>::new(&rig).unwrap();
+    near("at rest", learner.saved(&learner.at_rest()).null_offset, 0.03, 1e-12);
+    let known = deviations(&learner, 4e-7, [5e-3, 4e-3]);
+    let state = started(&learner, known, -0.01);
+    let found = learner.calibration(&state, 0, 0.0);
+    near("null offset", found.null_offset, -0.01, 1e-12);
+    near("null signal", found.null_signal, -0.01 / (rig.proportional_gain * rig.valve_gain), 1e-12);
+    near("saved", learner.saved(&state).null_offset, -0.01, 1e-12);
+    // Within a twentieth of the stroke about the known bias.
+    let mut far = learner.saved(&state);
+    for (offset, allowed) in [(-0.0199, true), (-0.0201, false), (0.0799, true), (0.0801, false)] {
+        far.null_offset = offset;
+        assert_eq!(learner.start_from(&far).is_ok(), allowed, "{offset}");
+    }
+}

@@ -54,7 +54,7 @@ fn the_commanded_opening_is_tustins_inverse_of_equation_8() {
     let lead = delay / (1.0 - ALPHA);
     let lag = ALPHA * lead;
     let (mut state, mut last) = (valve(1.0, delay), 0.3);
-    ESTIMATOR.asked(&mut state, last / 0.25, true);
+    ESTIMATOR.asked(&mut state, last, true);
     near("restart", state.opening(), last);
     let mut expected = last;
     for input in [0.35, 0.1, -0.2, -0.2, 0.05] {
@@ -62,7 +62,7 @@ fn the_commanded_opening_is_tustins_inverse_of_equation_8() {
             - (2.0 * lag - PERIOD) * last)
             / (2.0 * lead + PERIOD);
         last = input;
-        ESTIMATOR.asked(&mut state, input / 0.25, false);
+        ESTIMATOR.asked(&mut state, input, false);
         assert!((state.opening() - expected).abs() < 1e-14, "{} {expected}", state.opening());
     }
 }

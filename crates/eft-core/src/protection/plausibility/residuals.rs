@@ -39,7 +39,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     ) {
         let half = T::splat(0.5);
         let [valve_low, piston_low, force_low, velocity_low, displacement_low] = &mut state.lows;
-        let model = self.model.flow(input.spool, input.spool, input.force, known.supply);
+        let opened = input.spool - self.null_bias;
+        let model = self.model.flow(opened, opened, input.force, known.supply);
         let flow = known.flow_gain * (model.root * model.at_no_load);
         // The means over the tick, as for the differences of force and displacement.
         let passed = follow(valve_low, self.low, half * (flow + state.flow));
@@ -87,7 +88,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let measured = rest(of_force, high, oil);
         let oil_above = envelope(of_oil, self.fast_decay, measured);
         // Near null an overlap that is not in the table blocks the flow.
-        let near = if input.spool.abs() < T::splat(NULL_REGION) { T::splat(1.0) } else { T::splat(0.0) };
+        let near = if opened.abs() < T::splat(NULL_REGION) { T::splat(1.0) } else { T::splat(0.0) };
         let hidden = envelope(&mut state.near_null, T::splat(1.0) - self.high, near) * self.null_drift;
         // At most the output of a single high-pass for this flow.
         let [before, _] = &of_flow;
@@ -164,7 +165,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         known: &Known<T>,
     ) {
         let [force, others @ ..] = state.distrusted;
-        let model = self.model.flow(input.spool, input.spool, T::splat(0.0), known.supply);
+        let opened = input.spool - self.null_bias;
+        let model = self.model.flow(opened, opened, T::splat(0.0), known.supply);
         let slope = known.flow_gain * model.root;
         let residual = self.area * state.velocity - slope * model.at_no_load;
         if force & !others.contains(&true) & input.spool.is_finite() {

@@ -57,6 +57,7 @@ pub(super) fn fields<'a>(p: &Parameters<'a>) -> Vec<Field<'a>> {
         friction: Number, "N";
         friction_velocity: Number, "m/s";
         overlap: Number, "1";
+        null_bias: Number, "1";
         openings: Numbers, "1";
         flows: Numbers, "m3/s";
         flow_gain: Number, "m3/s";

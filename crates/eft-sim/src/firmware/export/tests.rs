@@ -7,7 +7,7 @@ use crate::config::{KEYS, Key, Kind};
 use super::*;
 
 /// Keys, or prefixes of keys, of the plant only; no export may depend on them.
-const OF_THE_PLANT: [&str; 19] = [
+const OF_THE_PLANT: [&str; 18] = [
     // The limits of the verdict do not affect the controller either.
     "verdict.",
     "actuator.stroke",
@@ -22,7 +22,6 @@ const OF_THE_PLANT: [&str; 19] = [
     "servovalve.spool_",
     "servovalve.flow_gain_scale",
     "servovalve.true_flow_table.",
-    "servovalve.null_bias",
     "servovalve.torque_motor_",
     // Its share of the compressibility affects the controller only if `sensors.motion_at` is "structure".
     "actuator.attachment_",

@@ -6,6 +6,7 @@ use crate::compensation::{CurveGrid, NODES};
 /// Two steps per m³/s.
 const CURVE: FlowCurve<f64> = FlowCurve {
     grid: CurveGrid::over(3.5),
+    known_null: 0.0,
     forgotten: 0.25,
     average: 0.125,
     correlation: 30.0,

@@ -1,6 +1,7 @@
 //! What an update decides: restarts, hold-offs, means, checkpoints, and the calibration's flags.
 
 use super::*;
+use crate::compensation::Calibration;
 use crate::learning::checkpoint::Checkpoints;
 use crate::status;
 
@@ -216,6 +217,63 @@ fn a_calibration_has_the_estimates() {
     near("null signal", c.null_signal, 0.03 / opening_per_volt);
     near("level", c.level, 0.9);
     near("gain of the lead network", c.lead.gain(), 0.9 / opening_per_volt / 0.8);
+}
+
+/// The same motion of valves whose nulls are known and apart: what is learned and added is the same beyond the null.
+#[test]
+fn a_known_null_bias_is_where_learning_starts() {
+    let rig = Parameters { learning: Learning { curve_correction: true, ..Learning::ADAPTIVE }, ..RIG };
+    for null_bias in [-0.3, 0.02] {
+        let plain = Learner::<f64, 3>::new(&rig).unwrap();
+        let known = Learner::<f64, 3>::new(&Parameters { null_bias, ..rig }).unwrap();
+        let (mut before, mut state) = (plain.at_rest(), known.at_rest());
+        let first = known.calibration(&state, 0, 0.0);
+        let nominal = Calibration::<f64>::nominal(&Parameters { null_bias, ..rig }).unwrap();
+        assert_eq!((first.null_offset, first.null_signal), (nominal.null_offset, nominal.null_signal));
+        let mut learned = 0.0_f64;
+        for number in 0..4000_u32 {
+            let opening = 0.2 * libm::sin(0.1 * f64::from(number));
+            // Its true null is another 0.01 away.
+            let velocity = plain.model.at_no_load(opening - 0.01) / rig.piston_area;
+            let window = |null: f64| {
+                let (spool, valve_command) = (opening + null, (opening + null) / rig.valve_gain);
+                window(number, Means { velocity, spool, valve_command, ..Means::default() })
+            };
+            let like = plain.update(&mut before, &window(0.0));
+            let found = known.update(&mut state, &window(null_bias));
+            near("null offset", found.null_offset, like.null_offset + null_bias);
+            near("null signal", found.null_signal, like.null_signal + nominal.null_signal);
+            near("flow gain", found.flow_gain, like.flow_gain);
+            learned = like.null_offset;
+        }
+        assert!(learned > 0.002, "{learned}");
+    }
+}
+
+/// A spool near its stop is far from the stop as seen from a null that is on the same side.
+#[test]
+fn nothing_is_learned_near_a_stop_whatever_the_null() {
+    let rig = Parameters { learning: Learning::ADAPTIVE, ..RIG };
+    for (null_bias, middle, learns) in [
+        (0.0, 0.7, true),
+        (0.0, 0.95, false),
+        (0.2, 0.6, true),
+        (0.2, 0.95, false),
+        (-0.2, -0.6, true),
+        (-0.2, -0.95, false),
+    ] {
+        let learner = Learner::<f64, 3>::new(&Parameters { null_bias, ..rig }).unwrap();
+        let mut state = learner.at_rest();
+        let mut deviation = f64::INFINITY;
+        for number in 0..2000_u32 {
+            let spool = middle + 0.03 * libm::sin(0.1 * f64::from(number));
+            let velocity = learner.model.at_no_load(spool - null_bias) / rig.piston_area;
+            let valve_command = spool / rig.valve_gain;
+            let means = Means { velocity, spool, valve_command, ..Means::default() };
+            deviation = learner.update(&mut state, &window(number, means)).deviations.valve_gain;
+        }
+        assert_eq!(deviation.is_finite(), learns, "{null_bias} {middle}: {deviation}");
+    }
 }
 
 #[test]
