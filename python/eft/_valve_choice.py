@@ -205,8 +205,8 @@ def compare_valves(
     ----------
     rig : Rig
         The rig; the valve is replaced, and the response delay is that of `eft.linear.delay_budget`
-        without the rig's ``truth``. The true values and the calibration of its own valve are left out,
-        except ``flow_gain_scale``.
+        without the rig's ``truth``. Nothing of its own valve stays but ``flow_gain_scale``: a key that a
+        sheet cannot give, such as ``servovalve.null_bias``, has its default.
     commands : mapping of str to Command
         Commands with names.
     valves : mapping or path-like
@@ -246,11 +246,12 @@ def compare_valves(
 
 
 def with_valve(rig: Rig, sheet: Mapping[str, Any]) -> Rig:
-    """The rig with another valve, at its own pressure. The old valve's part of ``truth`` goes with it."""
+    """The rig with another valve, at its own pressure. Of the old valve only the error of the flow gain stays."""
     scale = rig["truth.servovalve.flow_gain_scale"]
-    old = dict.fromkeys(("truth.servovalve", "servovalve.true_flow_table", "calibration"))
+    old = {f"servovalve.{name}" for name in rig.to_dict()["servovalve"]} - {"servovalve.flow_gain_scale"}
     keys = servovalve(**({"supply_pressure": rig["supply.pressure"]} | dict(sheet)))
-    fitted = rig.replace(old).replace(keys | {"truth.servovalve.flow_gain_scale": scale})
+    fitted = rig.replace(dict.fromkeys(("truth.servovalve", "calibration")))
+    fitted = fitted.replace(dict.fromkeys(old) | keys | {"truth.servovalve.flow_gain_scale": scale})
     delay = delay_budget(fitted.replace({"truth": None})).path
     return fitted.replace({"compensation.response_delay": delay})
 

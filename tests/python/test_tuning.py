@@ -92,6 +92,22 @@ def test_a_tried_valve_has_its_own_curve_and_a_controller_blind_to_the_truth():
     assert row({"compensation.adaptive": True, "calibration": dict(learned)}).valve == "one"
 
 
+def test_a_tried_valve_keeps_nothing_of_the_old_one_but_the_error_of_its_flow():
+    sheet = {"rated_flow": "90 gpm", "rated_drop": "1000 psi", "phase_90_frequency": "60 Hz"}
+    worn = {
+        "servovalve.null_bias": 0.02,
+        "servovalve.overlap": 1e-3,
+        "servovalve.leakage.constant": 1e-5,
+        "servovalve.leakage.proportional": 1e-13,
+        "servovalve.torque_motor_frequency": 200.0,
+        "servovalve.torque_motor_damping": 0.5,
+        "servovalve.pilot_flow_limit": 1e-3,
+    }
+    assert with_valve(RIG.replace(worn), sheet) == with_valve(RIG, sheet)
+    scaled = with_valve(RIG.replace({"servovalve.flow_gain_scale": 0.9}), sheet)
+    assert scaled["servovalve.flow_gain_scale"] == 0.9
+
+
 def test_the_valve_that_does_is_found(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     rig = adaptive(tmp_path)
