@@ -29,6 +29,20 @@ def test_a_bias_raises_no_alarm_while_the_supply_rises(bias: float) -> None:
     assert abs(run.force).max() < 10e3
 
 
+@pytest.mark.parametrize("bias", [-0.1, 0.1])
+def test_a_known_bias_raises_no_alarm_while_the_supply_rises(bias: float) -> None:
+    rig = RIG.replace(RISING)
+    assert eft.simulate(rig.replace({"servovalve.null_bias": bias}), COMMAND).cause == eft.Cause.NONE
+    assert eft.simulate(rig.replace({"truth.servovalve.null_bias": bias}), COMMAND).cause != eft.Cause.NONE
+
+
+@pytest.mark.parametrize("bias", [-0.06, 0.06])
+def test_a_known_bias_raises_no_alarm_at_full_pressure(bias: float) -> None:
+    rig = RIG.replace({"protection.start_time": 0.0})
+    assert eft.simulate(rig.replace({"servovalve.null_bias": bias}), COMMAND).cause == eft.Cause.NONE
+    assert eft.simulate(rig.replace({"truth.servovalve.null_bias": bias}), COMMAND).cause != eft.Cause.NONE
+
+
 @pytest.mark.parametrize("bias", [-0.03, -0.015, 0.01, 0.03])
 @pytest.mark.parametrize("loop", ["robust", "pd"])
 def test_a_bias_at_full_pressure_from_the_first_sample_raises_no_alarm(bias: float, loop: str) -> None:
