@@ -1,4 +1,4 @@
-"""The effect of a null bias of 2 % on each scheme, which some know: remaining force, and error of the estimated flow gain.
+"""A null bias of 2 % in each scheme, told or not: remaining force, and error of the estimated flow gain.
 
 ``python docs/evidence/null_bias.py`` runs every test and stores its results in ``data/null_bias.csv``.
 `report` makes the table of the page.

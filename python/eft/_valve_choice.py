@@ -246,7 +246,10 @@ def compare_valves(
 
 
 def with_valve(rig: Rig, sheet: Mapping[str, Any]) -> Rig:
-    """The rig with another valve, at its own pressure. Of the old valve only the error of the flow gain stays."""
+    """The rig with another valve, at its own pressure.
+
+    Of the old valve only the error of the flow gain stays.
+    """
     scale = rig["truth.servovalve.flow_gain_scale"]
     old = {f"servovalve.{name}" for name in rig.to_dict()["servovalve"]} - {"servovalve.flow_gain_scale"}
     keys = servovalve(**({"supply_pressure": rig["supply.pressure"]} | dict(sheet)))

@@ -27,7 +27,6 @@ def text(path):
 def test_goals_are_met_or_explained():
     for name, goal in GOALS.items():
         assert BUDGETS[name]["goal"] == goal
-        assert BUDGETS[name]["instructions"] <= goal
     for name, budget in BUDGETS.items():
         assert budget["instructions"] <= budget.get("goal", budget["instructions"]) or "why" in budget, name
 

@@ -231,7 +231,10 @@ mod tests {
             let found = Calibration::<f64>::nominal(&p).unwrap();
             // The force loop turns 1 V of compensation into G_p·K_s of opening.
             let opening = found.null_signal * p.proportional_gain * p.valve_gain;
-            assert!(found.null_offset == bias && (opening / bias - 1.0).abs() < 1e-12, "{found:?}");
+            assert!(
+                found.null_offset.total_cmp(&bias).is_eq() && (opening / bias - 1.0).abs() < 1e-12,
+                "{found:?}"
+            );
         }
         for bias in [-0.51, 0.51, f64::NAN] {
             let p = Parameters { null_bias: bias, ..Parameters::ZHAO2005 };

@@ -238,7 +238,6 @@ macro_rules! constructor {
                         force_per_flow: (1.0 / loop_gain) as $t,
                         fed_forward: if p.feedforward { 1.0 } else { 0.0 },
                         integrated: (integral * period) as $t,
-                        forgotten: (period / t::GUARD_MEMORY) as $t,
                         low_pass: share(tau * t::GUARD_LOW_PASS, period) as $t,
                         average: share(1.0 / t::GUARD_AVERAGE, period) as $t,
                         slow_average: share(0.25 / t::GUARD_AVERAGE, period) as $t,

@@ -12,6 +12,7 @@
 mod tests;
 
 use crate::integrity::integrity;
+use crate::learning::tuning::GUARD_KEPT;
 use crate::number::Real;
 
 /// Constants of the guard.
@@ -26,8 +27,6 @@ pub(crate) struct Guard<T> {
     pub(crate) fed_forward: T,
     /// Share of the error that the loop's integral part supplies after a step; 0 without this part.
     pub(crate) integrated: T,
-    /// Share of that sum which is forgotten in a step.
-    pub(crate) forgotten: T,
     /// Share of the two equal low-passes of error and velocity in a step. Above their corner the loop follows the noise of
     /// its sensors.
     pub(crate) low_pass: T,
@@ -44,7 +43,7 @@ pub(crate) struct Guard<T> {
     /// Lowest level (1).
     pub(crate) lowest: T,
 }
-integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, integrated, forgotten, low_pass, average, slow_average, quiet, tolerated, correction, lowest);
+integrity!(Guard<T>: per_added_damping, force_per_flow, fed_forward, integrated, low_pass, average, slow_average, quiet, tolerated, correction, lowest);
 
 /// The state of the guard.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,7 +100,7 @@ impl<T: Real> Guard<T> {
     /// Adds force error (N, measured less command), flow (m³/s) of the actuator beyond the demanded one, and velocity
     /// (m/s).
     pub(crate) fn observe(&self, state: &mut GuardState<T>, error: T, undemanded: T, velocity: T) {
-        state.integral = state.integral + (self.integrated * error - self.forgotten * state.integral);
+        state.integral = T::splat(GUARD_KEPT) * state.integral + self.integrated * error;
         let without_integral = error + state.integral;
         state.error = state.error.after(without_integral + self.force_per_flow * undemanded, self.low_pass);
         state.velocity = state.velocity.after(velocity, self.low_pass);

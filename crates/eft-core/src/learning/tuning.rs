@@ -71,8 +71,9 @@ pub(crate) const TOLERATED: f64 = 1.0e-2;
 pub(crate) const GUARD_LOW_PASS: f64 = 4.0;
 /// Time (s) over which the guard averages.
 pub(crate) const GUARD_AVERAGE: f64 = 0.2;
-/// Time (s) after which the guard forgets what the loop's integral part has removed, long beside a period of the structure.
-pub(crate) const GUARD_MEMORY: f64 = 10.0;
+/// Share of the guard's integral that is kept over a window of about 4 ms. It is forgotten in about 10 s, long beside a period
+/// of the structure.
+pub(crate) const GUARD_KEPT: f64 = 0.9996;
 /// Time (s) in which the guard removes overcompensation.
 pub(crate) const GUARD_TIME: f64 = 0.33;
 /// Velocity (m/s) below which the guard does not act.

@@ -28,7 +28,6 @@ fn times_and_rates_do_not_depend_on_the_sample_rate() {
             ("low-passes of the guard (Hz)", hertz(guard.low_pass), 4.0),
             ("average of the guard (s)", time(guard.average), 0.2),
             ("slow average of the guard (s)", time(guard.slow_average), 0.8),
-            ("memory of the guard (s)", period / guard.forgotten, 10.0),
             ("time of the guard (s)", period / guard.correction, 0.33),
             ("quiet velocity of the guard (m/s)", libm::sqrt(guard.quiet), 5e-3),
             ("rate of the flow gain (1/s)", learner.flow.priors.gain.change / period, 0.5),
