@@ -242,7 +242,8 @@ macro_rules! constructor {
                         average: share(1.0 / t::GUARD_AVERAGE, period) as $t,
                         slow_average: share(0.25 / t::GUARD_AVERAGE, period) as $t,
                         quiet: (t::GUARD_QUIET * t::GUARD_QUIET) as $t,
-                        tolerated: t::TOLERATED as $t,
+                        tolerated: (if integral > 0.0 { t::TOLERATED_WITH_INTEGRAL } else { t::TOLERATED })
+                            as $t,
                         correction: (period / t::GUARD_TIME) as $t,
                         lowest: t::LOWEST_LEVEL as $t,
                     },

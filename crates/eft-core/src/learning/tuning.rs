@@ -65,8 +65,10 @@ pub(crate) const DISTURBANCE: f64 = 2.0;
 /// Drift of a node over its own flow (1/√s of motion in the adjacent pieces).
 pub(crate) const CURVE_DRIFT: f64 = 0.016;
 
-/// Overcompensation (1) at which the guard begins to act.
+/// Overcompensation (1) at which the guard begins to act, and the same with an integral part in the loop. The loop then
+/// remains stable at such an excess, and an overlap or a flow curve that nobody told has the same effect for moments.
 pub(crate) const TOLERATED: f64 = 1.0e-2;
+pub(crate) const TOLERATED_WITH_INTEGRAL: f64 = 3.0e-2;
 /// Corner of the guard's two equal low-passes (Hz), above the structure's frequency.
 pub(crate) const GUARD_LOW_PASS: f64 = 4.0;
 /// Time (s) over which the guard averages.

@@ -94,8 +94,10 @@ fn the_guard_integrates_as_the_loop_does() {
     let integrates = Parameters { realization: Realization::Digital, integral_gain: 20.0, ..RIG };
     let corner = integrates.integral_gain / integrates.proportional_gain;
     same("integral part", of(&integrates).guard.integrated, corner * PERIOD);
+    same("tolerance", of(&integrates).guard.tolerated, 0.03);
     for without in [RIG, Parameters { realization: Realization::Analog, ..integrates }] {
         same("no integral part", of(&without).guard.integrated + 1.0, 1.0);
+        same("tolerance without", of(&without).guard.tolerated, 0.01);
     }
 }
 
