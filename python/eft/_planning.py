@@ -105,8 +105,8 @@ class Feasibility(Result):
     smallest_sample_rate: float | None
     """Hz; None if no rate is safe."""
     force_error: float | None
-    """Of the force at small motion, below 20 Hz, rms over rms; None with a guard alone, with self-calibration
-    in a building, or without a stable linear model."""
+    """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms; None with a
+    guard alone, with self-calibration in a building, or without a stable linear model."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
 
@@ -273,7 +273,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
     ``eft check`` runs such a test. The errors of force and displacement are those of the linear model, after
-    a self-calibration. A large opening, friction, noise or a limit makes larger ones.
+    a self-calibration, with the noise and the resolution of the sensors. A large opening, friction or a limit
+    makes larger ones.
 
     Parameters
     ----------
@@ -309,7 +310,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     demands = tuple(Demand(**demand) for demand in found.pop("demands"))
     reasons = tuple(one.sentence for one in findings)
     grade = worst(one.grade for one in findings)
-    force, displacement = errors or (None, None)
+    force, displacement = (None, None) if errors is None else errors[:2]
     return Feasibility(grade, reasons, demands, **found, force_error=force, displacement_error=displacement)
 
 

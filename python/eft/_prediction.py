@@ -31,6 +31,8 @@ class Prediction(NamedTuple):
     """Of the force against the command."""
     displacement: float
     """Of the displacement against the ideal one."""
+    noise: tuple[float, float]
+    """The part of each that noise of the sensors and resolution of the converters cause."""
 
 
 def predicted(rig: Rig, command: Command) -> Prediction | None:
@@ -68,8 +70,14 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     def size(spectrum: Array) -> Array:
         return np.asarray(np.linalg.norm(growth * np.fft.irfft(spectrum.T, samples), axis=1))
 
-    errors = size(applied - asked) / size(asked), size(motion - ideal) / size(ideal)
-    return Prediction(*(float(np.nanmax(of_each)) for of_each in errors))
+    noise = np.sqrt(samples) * np.transpose(_native.noise_deviations(judged, rate))
+    wanted = np.array([size(asked), size(ideal)])
+    wanted[wanted == 0.0] = np.nan  # an actuator without a command
+    noise /= wanted
+    errors = np.hypot(np.array([size(applied - asked), size(motion - ideal)]) / wanted, noise)
+    force, displacement = map(float, np.nanmax(errors, axis=1))
+    force_noise, displacement_noise = map(float, np.nanmax(noise, axis=1))
+    return Prediction(force, displacement, (force_noise, displacement_noise))
 
 
 def _responses(model: LinearModel, shifts: Array) -> tuple[Array, Array]:
@@ -89,14 +97,22 @@ def _responses(model: LinearModel, shifts: Array) -> tuple[Array, Array]:
 def of_prediction(rig: Rig, rate: float, errors: Prediction) -> Iterator[Finding]:
     """A finding for each predicted error beyond a limit, and their cause."""
     grades: list[Grade] = []
-    for name, told, error in (
-        ("displacement_error", "The displacement will miss the ideal one", errors.displacement),
-        ("force_error", "The force will miss the command", errors.force),
+    force_noise, displacement_noise = errors.noise
+    for name, told, error, noise in (
+        (
+            "displacement_error",
+            "The displacement will miss the ideal one",
+            errors.displacement,
+            displacement_noise,
+        ),
+        ("force_error", "The force will miss the command", errors.force, force_noise),
     ):
         if (grade := above(rig, name, error)) is not None:
             grades.append(grade)
             allowed = rig[f"verdict.{grade}.{name}"]
-            yield Finding(grade, f"{told} by {error:.1%} (rms) at small motion, more than {allowed:.0%}.")
+            cause = ", mostly by noise and resolution of its sensors" if 2.0 * noise**2 > error**2 else ""
+            sentence = f"{told} by {error:.1%} (rms) at small motion{cause}, more than {allowed:.0%}."
+            yield Finding(grade, sentence)
     path = _native.delay_budget(rig, rate)["path"]
     lead = rig["compensation.response_delay"] + rig["compensation.velocity_delay"]
     late = rig["compensation.mode"] != "off" and path > lead + NOTICED

@@ -158,6 +158,55 @@ def test_with_self_calibration_the_predicted_errors_are_those_after_it(source, l
     assert found.displacement_error == pytest.approx(metrics.displacement_error, abs=0.025)
 
 
+NOISE = {
+    "sensors.force.noise": 18.0,
+    "sensors.velocity.noise": 5e-4,
+    "sensors.displacement.noise": 2e-5,
+    "sensors.displacement.range": 0.127,
+    "sensors.displacement.bits": 12,
+    "dac.range": 10.0,
+    "dac.bits": 14,
+}
+
+
+@pytest.mark.parametrize("realization", ["analog", "digital"])
+@pytest.mark.parametrize("source", ["sensor", "derivative", "observer"])
+@pytest.mark.parametrize("loop", ["pd", "robust"])
+def test_predicted_errors_contain_noise_and_resolution_of_the_sensors(realization, source, loop):
+    rig = RIG.replace(
+        NOISE
+        | {
+            "controller.realization": realization,
+            "controller.velocity_source": source,
+            "controller.observer_mass": 7040.0,
+            "controller.force_loop": loop,
+        }
+    )
+    command = eft.sine_sweep(2200.0, 0.0, 10.0, 32.0, 4096.0)
+    found = eft.check_feasibility(rig, command)
+    metrics = eft.simulate(rig, command).metrics()
+    # The derivative's noise opens the spool far, and the flow curve is not linear there.
+    assert found.force_error == pytest.approx(metrics.nrmse, rel=0.1 if source == "derivative" else 0.03)
+    assert found.displacement_error == pytest.approx(metrics.displacement_error, rel=0.1)
+    mostly = [one for one in found.reasons if "mostly by noise" in one]
+    assert bool(mostly) == (source != "sensor")
+
+
+def test_a_building_has_the_noise_of_each_of_its_actuators():
+    stories = {"masses": [6000.0, 4000.0], "stiffnesses": [2e6, 1.5e6], "dampings": [5e3, 4e3]}
+    rig = RIG.replace(
+        {"structure.kind": "shear_building", "controller.velocity_source": "derivative"}
+        | {f"structure.stories.{key}": values for key, values in stories.items()}
+        | NOISE
+    )
+    record = eft.sine_sweep(1.0, 0.0, 10.0, 32.0, 4096.0)
+    # The second actuator has noise only.
+    command = eft.Command(np.outer([1000.0, 0.0], record.values), 4096.0)
+    found = eft.check_feasibility(rig, command)
+    metrics = eft.simulate(rig, command).metrics()
+    assert found.force_error == pytest.approx(np.nanmax(metrics.nrmse), rel=0.1)
+
+
 LOW_SUPPLY = {"truth.supply.schedule.times": [0.0], "truth.supply.schedule.pressures": [1.6e7]}
 
 

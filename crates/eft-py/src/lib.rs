@@ -92,6 +92,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(linear::stability_map, module)?)?;
     module.add_function(wrap_pyfunction!(linear::delay_budget, module)?)?;
     module.add_function(wrap_pyfunction!(linear::estimate_delay, module)?)?;
+    module.add_function(wrap_pyfunction!(linear::noise_deviations, module)?)?;
     module.add_function(wrap_pyfunction!(linear::inverse_dynamics, module)?)?;
     module.add_function(wrap_pyfunction!(linear::observer_gains, module)?)?;
     module.add_function(wrap_pyfunction!(identification::identify_delay, module)?)?;

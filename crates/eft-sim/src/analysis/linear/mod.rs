@@ -10,6 +10,7 @@ mod gains;
 mod inverse_dynamics;
 mod map;
 mod margin;
+mod noise;
 mod plant;
 mod sampled;
 mod velocity;
@@ -21,6 +22,7 @@ pub use inverse_dynamics::{lead_response, valve_response};
 pub use map::{MapAxis, MapQuantity, stability_map};
 pub use margin::{Margins, Reach, margins_within, stability_margin, stability_margins};
 pub(crate) use margin::{designed_for, largest_stable_level};
+pub use noise::{NoiseDeviation, noise_deviations};
 
 pub use crate::design::phase_delay;
 pub use crate::state_space::{Mode, StateSpace};

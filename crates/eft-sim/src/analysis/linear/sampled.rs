@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 
 use super::chain::{Chain, Signal};
 use super::gains::{FlowGain, Gains};
+use super::noise::Source;
 use super::plant::{LinearPlant, left_out};
 use super::velocity_signal::VelocitySignal;
 use crate::checks;
@@ -35,13 +36,7 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
         let allowed = format!("must be at most {MOST_STATES}: fewer samples of delay, or fewer stories");
         return Err(Error::value("states of the linear model", states, allowed));
     }
-    // A case for each state, then for each command at the tick, then for each command at the next one.
-    let cases = DMatrix::identity(states + 2 * inputs, states + 2 * inputs);
-    let (next, signals) = ticker.tick(
-        &cases.rows(0, states).into_owned(),
-        &cases.rows(states, inputs).into_owned(),
-        &cases.rows(states + inputs, inputs).into_owned(),
-    );
+    let (next, signals) = ticker.cases();
     let a = next.columns(0, states).into_owned();
     let (now, ahead) = (next.columns(states, inputs), next.columns(states + inputs, inputs));
     let (mut c, mut outputs) = ticker.plant.outputs(states);
@@ -69,7 +64,7 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
 }
 
 /// One tick of the linear loop.
-struct Ticker<'a> {
+pub(super) struct Ticker<'a> {
     rig: &'a RigConfig,
     plant: LinearPlant,
     gains: Gains,
@@ -109,7 +104,7 @@ fn controller_states(rig: &RigConfig) -> &'static [&'static str] {
 const SIGNALS: usize = 3;
 
 impl<'a> Ticker<'a> {
-    fn new(rig: &'a RigConfig, gain: FlowGain, sample_rate: f64) -> Result<Self> {
+    pub(super) fn new(rig: &'a RigConfig, gain: FlowGain, sample_rate: f64) -> Result<Self> {
         let gains = gain.gains(rig)?;
         let plant = LinearPlant::new(rig, &gains);
         let states = plant.states();
@@ -152,13 +147,40 @@ impl<'a> Ticker<'a> {
         })
     }
 
+    /// The state matrix, and the effect on the states of each actuator's [`Source`]s of noise.
+    pub(super) fn noise(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+        let (states, inputs) = (self.names.len(), self.plant.actuators);
+        let next = self.cases().0;
+        let noise = next.columns(states + 2 * inputs, Source::COUNT * inputs).into_owned();
+        (next.columns(0, states).into_owned(), noise)
+    }
+
+    /// The output matrix of the plant's signals and their names.
+    pub(super) fn outputs(&self) -> (DMatrix<f64>, Vec<String>) {
+        self.plant.outputs(self.names.len())
+    }
+
+    /// A [`tick`](Self::tick) for each state, then for each command at its start, for each command at its end, and for each
+    /// source of noise.
+    fn cases(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+        let (states, inputs) = (self.names.len(), self.plant.actuators);
+        let size = states + (2 + Source::COUNT) * inputs;
+        let cases = DMatrix::identity(size, size);
+        let rows = |first: usize, count: usize| cases.rows(first, count).into_owned();
+        let commands = rows(states, inputs);
+        let noise = rows(states + 2 * inputs, Source::COUNT * inputs);
+        self.tick(&rows(0, states), &commands, &rows(states + inputs, inputs), &noise)
+    }
+
     /// The states after a tick with the commands (N) at its start and at its end, and within it the compensations
-    /// (V) and then the velocities (m/s) that the controllers use. Each column is a case.
+    /// (V) and then the velocities (m/s) that the controllers use. Each column is a case; the noise has a row for each
+    /// [`Source`] of each actuator.
     fn tick(
         &self,
         state: &DMatrix<f64>,
         commands: &DMatrix<f64>,
         next_commands: &DMatrix<f64>,
+        noise: &DMatrix<f64>,
     ) -> (DMatrix<f64>, DMatrix<f64>) {
         let cases = state.ncols();
         let mut next = DMatrix::zeros(state.nrows(), cases);
@@ -168,14 +190,18 @@ impl<'a> Ticker<'a> {
         let plant = state.rows(0, self.plant.states());
         for (i, side) in self.digital.iter().enumerate() {
             let (command, next_command) = (commands.row(i), next_commands.row(i));
-            let force = side.force.pass(state, &mut next, self.plant.shown(i) * plant);
-            let velocity = side.velocity.pass(&self.plant, i, state, &mut next, &force);
+            let noise = noise.rows(Source::COUNT * i, Source::COUNT);
+            let of = |source: Source| noise.row(source as usize);
+            let force = side.force.pass(state, &mut next, self.plant.shown(i) * plant) + of(Source::Force);
+            let velocity = side.velocity.pass(&self.plant, i, state, &mut next, &force, &noise);
             let computed = self.compensation(side.at, state, &mut next, &velocity, &command.into_owned());
             let mut compensation = side.computation.pass(state, &mut next, computed);
             match control.realization {
                 Realization::Analog => {
+                    compensation += of(Source::Converter);
                     compensation = side.converter.pass(state, &mut next, compensation);
-                    signals.set_row(SIGNALS * i, &command);
+                    // The load cell's noise is constant within a sample, as a difference of the command.
+                    signals.set_row(SIGNALS * i, &(command - of(Source::Force)));
                     signals.set_row(SIGNALS * i + 1, &((next_command - command) * self.sample_rate));
                     signals.set_row(SIGNALS * i + 2, &compensation);
                 }
@@ -191,6 +217,7 @@ impl<'a> Ticker<'a> {
                         output += held;
                     }
                     next.set_row(side.at + ERROR, &error);
+                    output += of(Source::Converter);
                     signals.set_row(SIGNALS * i + 2, &side.converter.pass(state, &mut next, output));
                 }
             }

@@ -1,8 +1,9 @@
 //! The velocity that a sampled controller uses, of a sensor or estimated, as part of a larger linear state.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixView};
 
 use super::chain::{Chain, Signal};
+use super::noise::Source;
 use super::plant::LinearPlant;
 use crate::config::{RigConfig, Sensor, VelocitySource};
 use crate::design::EstimateStates;
@@ -93,7 +94,8 @@ impl VelocitySignal {
         }
     }
 
-    /// The velocity (m/s) of an actuator at a tick, with the measured force (N); the new states are written to `next`.
+    /// The velocity (m/s) of an actuator at a tick, with the measured force (N) and a row for each [`Source`] of noise; the
+    /// new states are written to `next`.
     pub(super) fn pass(
         &self,
         plant: &LinearPlant,
@@ -101,15 +103,21 @@ impl VelocitySignal {
         state: &DMatrix<f64>,
         next: &mut DMatrix<f64>,
         force: &Signal,
+        noise: &DMatrixView<'_, f64>,
     ) -> Signal {
         let true_states = state.rows(0, plant.states());
         match self {
-            Self::Sensor(sensor) => sensor.pass(state, next, plant.velocity(actuator) * true_states),
+            Self::Sensor(sensor) => {
+                sensor.pass(state, next, plant.velocity(actuator) * true_states)
+                    + noise.row(Source::Velocity as usize)
+            }
             Self::Estimate { displacement, acceleration, states, at } => {
-                let moved = displacement.pass(state, next, plant.displacement(actuator) * true_states);
+                let moved = displacement.pass(state, next, plant.displacement(actuator) * true_states)
+                    + noise.row(Source::Displacement as usize);
                 let accelerated = match acceleration {
                     Acceleration::Sensor(sensor) => {
                         sensor.pass(state, next, plant.acceleration(actuator) * true_states)
+                            + noise.row(Source::Acceleration as usize)
                     }
                     Acceleration::Force(mass) => force / *mass,
                 };

@@ -1,0 +1,123 @@
+//! Force and displacement that the noise of the sensors and the resolution of the converters cause about rest.
+
+use nalgebra::DMatrix;
+
+use super::gains::FlowGain;
+use super::sampled::Ticker;
+use crate::config::RigConfig;
+use crate::error::{Error, Result};
+
+/// Sources of white noise of one actuator: the sensors of its controller, and the converter of the valve command.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Source {
+    Force,
+    Velocity,
+    Displacement,
+    Acceleration,
+    Converter,
+}
+
+impl Source {
+    pub(super) const COUNT: usize = 5;
+
+    /// Standard deviation in a rig, in the signal's unit. Rounding to a step counts as noise of `step/√12`.
+    fn deviation(self, rig: &RigConfig) -> f64 {
+        let (sensors, dac) = (&rig.plant().sensors, &rig.plant().dac);
+        let sensor = match self {
+            Self::Force => &sensors.force,
+            Self::Velocity => &sensors.velocity,
+            Self::Displacement => &sensors.displacement,
+            Self::Acceleration => &sensors.acceleration,
+            Self::Converter => return rounding(dac.range, dac.bits),
+        };
+        sensor.noise.hypot(rounding(sensor.range, sensor.bits))
+    }
+}
+
+fn rounding(range: Option<f64>, bits: Option<u32>) -> f64 {
+    match (range, bits) {
+        (Some(range), Some(bits)) => 2.0 * range * 0.5_f64.powi(bits.min(64) as i32) / 12.0_f64.sqrt(),
+        _ => 0.0,
+    }
+}
+
+/// Standard deviations of an actuator's force (N) and displacement (m) about rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseDeviation {
+    /// Of the force (N).
+    pub force: f64,
+    /// Of the displacement (m).
+    pub displacement: f64,
+}
+
+/// The deviations that white noise in a rig's sensors and the rounding of its converters cause in the sampled
+/// loop, one entry per actuator. They are those of a test that is long beside the decay of the motion.
+///
+/// # Errors
+/// As [`linearize`](super::linearize); an unstable loop.
+pub fn noise_deviations(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<Vec<NoiseDeviation>> {
+    let rig = &*rig.at_rate(sample_rate)?;
+    let ticker = Ticker::new(rig, gain, sample_rate)?;
+    let (a, mut noise) = ticker.noise();
+    let sources =
+        [Source::Force, Source::Velocity, Source::Displacement, Source::Acceleration, Source::Converter];
+    for (column, source) in sources.iter().cycle().take(noise.ncols()).enumerate() {
+        noise.column_mut(column).scale_mut(source.deviation(rig));
+    }
+    let covariance = stationary(a, &noise * noise.transpose()).ok_or_else(|| {
+        Error::value("stability of the linear model", "unstable", "must be stable for a noise")
+    })?;
+    let (outputs, names) = ticker.outputs();
+    let of = |row: usize| (outputs.row(row) * &covariance * outputs.row(row).transpose())[0].max(0.0).sqrt();
+    let rows = |quantity: &str| {
+        let found = names.iter().enumerate().filter(|(_, name)| name.split('_').next() == Some(quantity));
+        found.map(|(row, _)| row).collect::<Vec<_>>()
+    };
+    let both = rows("force").into_iter().zip(rows("displacement"));
+    Ok(both.map(|(force, moved)| NoiseDeviation { force: of(force), displacement: of(moved) }).collect())
+}
+
+/// The solution of `P = A·P·Aᵀ + Q`, by doubling the number of steps; `None` without one.
+fn stationary(mut a: DMatrix<f64>, mut covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    // After 2^60 steps every pole below 1 in double precision has faded.
+    for _ in 0..60 {
+        covariance += &a * &covariance * a.transpose();
+        a = &a * &a;
+        let size = a.amax();
+        if size < 1e-12 {
+            return Some(covariance);
+        }
+        if size.is_nan() || size > 1e12 {
+            return None;
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_first_order_process_has_the_variance_of_the_geometric_series() {
+        let one = |value: f64| DMatrix::from_element(1, 1, value);
+        let found = stationary(one(0.99), one(3.0)).unwrap()[0];
+        assert!((found - 3.0 / (1.0 - 0.99 * 0.99)).abs() < 1e-9 * found);
+        assert!(stationary(one(1.01), one(3.0)).is_none() && stationary(one(1.0), one(3.0)).is_none());
+    }
+
+    #[test]
+    fn a_converter_rounds_with_the_deviation_of_a_uniform_error() {
+        // 16 bits over ±10 V.
+        assert!((rounding(Some(10.0), Some(16)) - 20.0 / 65536.0 / 12.0_f64.sqrt()).abs() < 1e-18);
+        assert!(rounding(Some(10.0), None) == 0.0);
+    }
+
+    #[test]
+    fn an_unstable_loop_has_no_deviation() {
+        let rig = RigConfig::zhao2005().with(|rig| rig.compensation.level = 1.2).unwrap();
+        assert!(
+            noise_deviations(&rig, FlowGain::Nominal, 4096.0).unwrap_err().to_string().contains("stable")
+        );
+    }
+}
