@@ -48,10 +48,11 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     try:
         judged = learned(rig, rate) if learns else rig
         model = _native.linearize(judged, sampled=True, sample_rate=rate)
+        if not model.stable:
+            return None
+        deviations = _native.noise_deviations(judged, rate)
     except ValueError:
         return None  # there is no linear model: too many delays, or no slope at rest
-    if not model.stable:
-        return None
     values = np.atleast_2d(command.values)
     samples = values.shape[1]
     # The signals fade in the transform, so that the motion at the end of a test does not return at its start.
@@ -70,7 +71,7 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     def size(spectrum: Array) -> Array:
         return np.asarray(np.linalg.norm(growth * np.fft.irfft(spectrum.T, samples), axis=1))
 
-    noise = np.sqrt(samples) * np.transpose(_native.noise_deviations(judged, rate))
+    noise = np.sqrt(samples) * np.transpose(deviations)
     wanted = np.array([size(asked), size(ideal)])
     wanted[wanted == 0.0] = np.nan  # an actuator without a command
     noise /= wanted
