@@ -123,10 +123,13 @@ def test_another_exception_is_not_the_structures(error):
         eft.simulate(RIG, SWEEP, structure=FailsAt(RIG, 0.5, failing(error)))
 
 
-@pytest.mark.parametrize("answer", [None, 1.0, (1.0,), ("a", "b")])
+@pytest.mark.parametrize("answer", [None, 1.0, (1.0,), [0.0, 0.0], ("a", "b"), (0.0, 0.0, 0.0)])
 def test_an_answer_that_is_none_is_refused(answer):
-    with pytest.raises((TypeError, ValueError)):
+    says = r"structure = an object of type \w+: must return \(displacement, velocity\), two numbers, in m and m/s"
+    with pytest.raises(ValueError, match=says):
         eft.simulate(RIG, SWEEP, structure=lambda force, dt: answer)
+    with pytest.raises(ValueError, match=says):
+        eft.Plant(RIG, 1024.0, lambda force, dt: answer).step(0.1)
 
 
 def weak(rig):

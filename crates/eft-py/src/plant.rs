@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use crate::arrays;
 use crate::errors::to_python;
 use crate::rig::{Rig, is_building};
+use crate::specimen::motions;
 
 /// Valve, actuator and structure of a rig, stepped sample by sample under a held valve command.
 ///
@@ -94,10 +95,7 @@ impl Plant {
                     _ => PyArray1::from_vec(py, forces).into_any(),
                 };
                 let answer = structure.call1(py, (forces, self.period))?;
-                let (displacements, velocities) =
-                    answer.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>(py)?;
-                let displacements = self.vector("displacement", &displacements)?;
-                let velocities = self.vector("velocity", &velocities)?;
+                let (displacements, velocities) = motions(answer.bind(py), self.stacked)?;
                 self.inner.follow(&displacements, &velocities).map_err(to_python)?;
             }
         }

@@ -7,6 +7,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::arrays;
+use crate::errors::refuse;
 
 /// A structure in Python, called as ``structure(force, dt)`` once per sample; it returns ``(displacement,
 /// velocity)``.
@@ -64,12 +65,29 @@ impl PythonSpecimen {
             ([one], false) => self.structure.call1(py, (*one, dt))?,
             _ => self.structure.call1(py, (PyArray1::from_slice(py, forces), dt))?,
         };
-        let (displacement, velocity) = answer.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>(py)?;
-        let vector = |name: &str, value: &Bound<'_, PyAny>| {
-            if self.stacked { arrays::vector(name, value) } else { Ok(vec![value.extract()?]) }
-        };
-        Ok((vector("displacement", &displacement)?, vector("velocity", &velocity)?))
+        motions(answer.bind(py), self.stacked)
     }
+}
+
+/// Displacements (m) and velocities (m/s) from a structure's answer.
+pub(crate) fn motions(answer: &Bound<'_, PyAny>, stacked: bool) -> PyResult<Motions> {
+    let each = if stacked { "two arrays, one value for each actuator" } else { "two numbers" };
+    let refused = |found: &Bound<'_, PyAny>| {
+        let allowed = format!("must return (displacement, velocity), {each}, in m and m/s");
+        match found.get_type().name() {
+            Ok(name) => refuse("structure", format!("an object of type {name}"), allowed),
+            Err(error) => error,
+        }
+    };
+    let Ok((displacement, velocity)) = answer.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>() else {
+        return Err(refused(answer));
+    };
+    let vector = |name: &str, value: &Bound<'_, PyAny>| match value.extract() {
+        _ if stacked => arrays::vector(name, value),
+        Ok(number) => Ok(vec![number]),
+        Err(_) => Err(refused(value)),
+    };
+    Ok((vector("displacement", &displacement)?, vector("velocity", &velocity)?))
 }
 
 fn is_failure(py: Python<'_>, error: &PyErr) -> bool {
