@@ -33,10 +33,10 @@ pub struct Input<T> {
     ///
     /// Nothing is learned from a tick in which it is lost.
     pub valve_command: T,
-    /// Counter of the samples (1), for a protection; NaN if there is none.
+    /// Counter of the samples (1), below 16777216, for a protection; NaN: none.
     ///
-    /// It is below 2²⁴, increases by one in each sample, and returns to 0 after any highest value. The protection checks it
-    /// after its first value, and the period as well.
+    /// It increases by one in each sample, and returns to 0 after any highest value. The protection checks it after its
+    /// first value, and the period as well.
     pub alive: T,
     /// Time (s) since the last sample, for a protection; NaN if it is not measured.
     pub period: T,

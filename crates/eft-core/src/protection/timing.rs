@@ -79,7 +79,8 @@ impl<T: Real> Timing<T> {
         let zero = T::splat(0.0);
         if state.counts {
             let last = state.last;
-            if alive == last + T::splat(1.0) {
+            // A large counter plus one may round to the counter, but this difference is exact.
+            if alive - last == T::splat(1.0) {
                 state.last = alive;
                 return None;
             }
@@ -174,6 +175,15 @@ mod tests {
         assert_eq!([-9.0, -8.0, 0.0, 1.0].map(&mut bad), [None, None, Some(true), None]);
         let never_begins = core::iter::repeat_n((0.0, NONE), 100);
         assert_eq!(trips(never_begins).map(|(_, cause, _)| cause), Some(Cause::SamplesOld));
+    }
+
+    // SR-15
+    #[test]
+    fn a_counter_that_stops_is_noticed_beyond_the_exact_whole_numbers() {
+        for last in [16_777_215.0_f32, 16_777_216.0, 1e9] {
+            let stands = core::iter::repeat_n((last, NONE), 100);
+            assert_eq!(trips(stands), Some((11, Cause::SamplesOld, true)), "{last}");
+        }
     }
 
     // SR-15

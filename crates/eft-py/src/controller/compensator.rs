@@ -63,8 +63,8 @@ python_methods!(Compensator {
     ///     Force command of the next sample, N; needed if ``compensation.look_ahead`` is on. In `process` the
     ///     default is the command's own next sample; the last one is held.
     /// alive : float, optional
-    ///     Alive counter: one more than in the last sample, or 0 after its largest value. The protection
-    ///     watches it from the first given one on.
+    ///     Alive counter: one more than in the last sample, or 0 after its largest value, which is below
+    ///     16777216. The protection watches it from the first given one on.
     /// period : float, optional
     ///     Measured time since the last sample, s. The protection watches it from the first given one on.
     /// load_pressure : float, optional
