@@ -122,7 +122,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// One tick.
     ///
     /// # NaN
-    /// An invalid supply pressure is replaced by the last valid one, and [`status::STUCK_MEASUREMENT`] is raised. With
+    /// An invalid supply pressure is replaced by the last valid one, and [`status::STUCK_MEASUREMENT`] is raised. An
+    /// invalid next command is replaced likewise, and [`status::INVALID_COMMAND`] is raised if the channel looks ahead. With
     /// another invalid measurement or an invalid command (not finite, or beyond its range) the last output is held, the
     /// controller's state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first
     /// good tick recovers. After more than [`gap_time`](Parameters::gap_time) of such ticks it resumes at the
@@ -207,13 +208,15 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 window = Some(state.end_window());
             }
         }
+        // The last next command replaces a lost one, so this does not count as a refused sample.
+        let lost = parts.looks_ahead && !(input.next_command.abs() <= T::splat(LARGEST));
         Output {
             voltage,
             compensation: out.compensation,
             velocity,
             permitted_command: believed.command,
             authority,
-            status: status | believed.status,
+            status: status | believed.status | if lost { status::INVALID_COMMAND } else { 0 },
             window,
         }
     }

@@ -16,7 +16,7 @@ pub const COMMAND_LIMITED: u32 = 1 << 3;
 pub const RATE_LIMITED: u32 = 1 << 4;
 /// A measurement is not finite or out of its range; the last output is held.
 pub const INVALID_MEASUREMENT: u32 = 1 << 5;
-/// The command is not finite; the last output or the last command is held.
+/// The command or next command is not finite; the last output or command is held.
 pub const INVALID_COMMAND: u32 = 1 << 6;
 /// The output was held on request.
 pub const HELD: u32 = 1 << 7;

@@ -113,7 +113,7 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_COMMAND_LIMITED (1u << 3) // The valve command was cut to its limit.
 #define EFT_RATE_LIMITED (1u << 4) // The valve command's rate was cut to its limit.
 #define EFT_INVALID_MEASUREMENT (1u << 5) // A measurement is not finite or out of its range; the last output is held.
-#define EFT_INVALID_COMMAND (1u << 6) // The command is not finite; the last output or the last command is held.
+#define EFT_INVALID_COMMAND (1u << 6) // The command or next command is not finite; the last output or command is held.
 #define EFT_HELD (1u << 7)         // The output was held on request.
 #define EFT_MISSED_TICK (1u << 11) // A tick was missed, or a sample is old, missing or of the wrong period.
 #define EFT_ADAPTATION_FROZEN (1u << 12) // Nothing is learned: samples are bad, or the models do not explain them.
@@ -346,7 +346,8 @@ EFT_NODISCARD uint8_t eft_prime_f32(const eft_channel_f32 *channel, eft_state_f3
 // One tick, in the interrupt. A null pointer, or a channel or state that was never made, is refused: the output is then
 // 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last output and
 // raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. The last valid supply pressure
-// replaces an invalid one and raises EFT_STUCK_MEASUREMENT.
+// replaces an invalid one and raises EFT_STUCK_MEASUREMENT. The last valid next_command replaces an invalid one and
+// raises EFT_INVALID_COMMAND, if the rig looks ahead.
 EFT_NODISCARD uint8_t eft_step_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input,
     eft_output_f32 *output);
 

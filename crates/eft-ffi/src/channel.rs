@@ -178,7 +178,8 @@ functions! {
     /// One tick, in the interrupt. A null pointer, or a channel or state that was never made, is refused: the output is
     /// then 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last
     /// output and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. The last valid
-    /// supply pressure replaces an invalid one and raises EFT_STUCK_MEASUREMENT.
+    /// supply pressure replaces an invalid one and raises EFT_STUCK_MEASUREMENT. The last valid next_command replaces an
+    /// invalid one and raises EFT_INVALID_COMMAND, if the rig looks ahead.
     fn eft_step_f32 eft_step_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const Input<T>, output: *mut eft_output<T>) = {
         answer(output, step(channel, state, input, output))
     }

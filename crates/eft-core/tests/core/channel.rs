@@ -3,14 +3,16 @@
 
 use eft_core::{
     Channel, ChannelState, Controller, ControllerInput, ControllerState, Input, Learner, Learning, Levels,
-    Parameters, ProtectionParameters, Realization, VelocitySource, status,
+    Parameters, ProtectionParameters, Real, Realization, VelocitySource, status,
 };
 use proptest::prelude::*;
 
 use crate::rig;
 
-/// The flags of a refused sample.
-const REFUSED: u32 = status::INVALID_MEASUREMENT | status::INVALID_COMMAND;
+/// Whether a rig that looks ahead does not know the next command.
+fn lost_ahead<T: Real>(p: &Parameters, input: &Input<T>) -> bool {
+    p.feedforward && p.look_ahead && !(input.next_command.abs() <= T::splat(1.0e12))
+}
 
 /// A rig near the paper's with random switches and a velocity sensor.
 fn parameters() -> impl Strategy<Value = Parameters<'static>> {
@@ -88,11 +90,14 @@ macro_rules! tests {
                         let i = $given(&sample);
                         let out = rig::tick(&channel, &mut state, &i);
                         prop_assert!(out.voltage.abs() <= most as $t && out.compensation.is_finite());
-                        let bad = out.status & REFUSED != 0;
+                        let commanded = i.command.abs() <= 1.0e12;
+                        let bad = !commanded || out.status & status::INVALID_MEASUREMENT != 0;
                         let share = i.supply_pressure / 1.9e7;
-                        let good = i.command.abs() <= 1.0e12 && i.velocity.abs() <= 3.0 && i.force.abs() <= 2.0e5
+                        let good = commanded && i.velocity.abs() <= 3.0 && i.force.abs() <= 2.0e5
                             && i.spool.abs() <= 1.2 && (0.051..=3.99).contains(&share);
                         prop_assert!(!(good && bad), "refused a good sample");
+                        let flagged = out.status & status::INVALID_COMMAND != 0;
+                        prop_assert_eq!(flagged, !commanded || lost_ahead(&p, &i));
                         if bad {
                             prop_assert_eq!(out.voltage.to_bits(), (last as $t).to_bits());
                         }
@@ -171,7 +176,8 @@ macro_rules! tests {
                         let expected = plain.step(&mut alone, &asked, &plain.nominal(), |compensation| compensation);
                         prop_assert_eq!(out.voltage.to_bits(), expected.valve_command.to_bits());
                         prop_assert_eq!(out.compensation.to_bits(), expected.compensation.to_bits());
-                        prop_assert_eq!(out.status, expected.status);
+                        let lost = if lost_ahead(&p, &i) { status::INVALID_COMMAND } else { 0 };
+                        prop_assert_eq!(out.status, expected.status | lost);
                         prop_assert!(out.window.is_none());
                     }
                 }
@@ -402,6 +408,25 @@ fn a_lost_next_command_after_a_gap_makes_no_jump() {
     let lost = after(Input { next_command: f64::NAN, ..rests }, 1);
     let next = after(rests, 1);
     assert!((lost - rested).abs() < 1e-9 && (next - rested).abs() < 1e-9, "{rested} {lost} {next}");
+}
+
+#[test]
+fn a_lost_next_command_is_flagged_and_does_not_trip() {
+    let looks_ahead = Parameters { feedforward: true, look_ahead: true, ..rig::PARAMETERS };
+    let protected = Parameters { protection: Some(ProtectionParameters::DEFAULT), ..looks_ahead };
+    for (p, flagged) in [(looks_ahead, true), (protected, true), (rig::PARAMETERS, false)] {
+        let channel = Channel::<f32, 21>::new(&p).unwrap();
+        let mut state = channel.at_rest();
+        for tick in 0..100 {
+            let command = 10.0 * tick as f32;
+            let next_command = [command + 10.0, f32::NAN, f32::INFINITY, 3e38][tick % 4];
+            let motion =
+                Input { velocity: 0.0, force: command, spool: 0.0, displacement: 0.0, ..Input::default() };
+            let out = channel.step(&mut state, &Input { command, next_command, ..motion });
+            let lost = flagged && tick % 4 != 0;
+            assert_eq!(out.status, if lost { status::INVALID_COMMAND } else { 0 }, "tick {tick} of {p:?}");
+        }
+    }
 }
 
 #[test]
