@@ -352,7 +352,8 @@ EFT_NODISCARD uint8_t eft_step_f32(const eft_channel_f32 *channel, eft_state_f32
     eft_output_f32 *output);
 
 // In place of a tick: repeats the last output and raises EFT_HELD. The state does not change. For several ticks call
-// eft_step with a measurement of NaN instead, so that nothing is learned from the gap. Refused like eft_step.
+// eft_step with a measurement of NaN instead, so that nothing is learned from the gap. velocity and permitted_command
+// are NaN: an analog controller keeps its last command. Refused like eft_step.
 EFT_NODISCARD uint8_t eft_hold_f32(const eft_channel_f32 *channel, const eft_state_f32 *state, eft_output_f32 *output);
 
 // Like eft_hold, for a missed tick. It raises EFT_MISSED_TICK as well.
@@ -474,9 +475,9 @@ typedef struct eft_windows_f32 { eft_window_f32 copies[2]; uint32_t offered; uin
 typedef struct eft_calibrations_f32 { eft_calibration_f32 copies[2]; uint32_t offered; uint32_t taken;
     } eft_calibrations_f32;
 
-// Continues a state under a new configuration, without a jump. Call it after eft_take_channel for each state. The
-// calibration stays in use until the new learner publishes, unless the new configuration learns nothing. It keeps
-// 1/(G_p*K_s) of its own configuration, so change these gains at rest or while nothing is learned.
+// Continues a state under a new configuration of the same sample rate, without a jump. Call it after eft_take_channel
+// for each state. The calibration stays in use until the new learner publishes, unless the new configuration learns
+// nothing. It keeps 1/(G_p*K_s) of its own configuration, so change these gains at rest or while nothing is learned.
 EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
 // Offers a configuration to the interrupt. Returns EFT_BUSY until the last one is taken.

@@ -185,7 +185,8 @@ functions! {
     }
 
     /// In place of a tick: repeats the last output and raises EFT_HELD. The state does not change. For several ticks call
-    /// eft_step with a measurement of NaN instead, so that nothing is learned from the gap. Refused like eft_step.
+    /// eft_step with a measurement of NaN instead, so that nothing is learned from the gap. velocity and
+    /// permitted_command are NaN: an analog controller keeps its last command. Refused like eft_step.
     fn eft_hold_f32 eft_hold_f64(channel: *const eft_channel<T>, state: *const eft_state<T>, output: *mut eft_output<T>) {
         answer(output, hold(channel, state, output, 0))
     }
@@ -226,7 +227,7 @@ functions! {
         give(down, u8::from((*made(state)?.state.get()).is_down()))
     }
 
-    /// Continues a state under a new configuration, without a jump. Call it after eft_take_channel for each state. The
+    /// Continues a state under a new configuration of the same sample rate, without a jump. Call it after eft_take_channel for each state. The
     /// calibration stays in use until the new learner publishes, unless the new configuration learns nothing.
     /// It keeps 1/(G_p*K_s) of its own configuration, so change these gains at rest or while nothing is learned.
     fn eft_take_over_f32 eft_take_over_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {

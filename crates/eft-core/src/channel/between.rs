@@ -59,7 +59,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     }
 
     /// Repeats the last output and raises [`status::HELD`]; the state stays. For several ticks call
-    /// [`step`](Self::step) with a measurement that is NaN instead, so that nothing is learned from the gap.
+    /// [`step`](Self::step) with a measurement that is NaN instead, so that nothing is learned from the gap. Velocity
+    /// and permitted command are NaN; an analog controller keeps its last command.
     pub fn hold(&self, state: &ChannelState<T>) -> Output<T> {
         let out = self.controller.hold(&state.controller);
         let authority = match &self.protection {
