@@ -369,9 +369,11 @@ EFT_NODISCARD uint8_t eft_publish_f32(const eft_channel_f32 *channel, eft_state_
 EFT_NODISCARD uint8_t eft_calibration_in_use_f32(const eft_state_f32 *state, eft_calibration_f32 *calibration);
 
 // Requests a trip, for an emergency stop or another actuator of the specimen. The next step trips at the last command.
+// No effect if the rig's protection is off.
 EFT_NODISCARD uint8_t eft_request_trip_f32(eft_state_f32 *state);
 
-// Requests the soft end. From the next step on, the force follows a command that fades along the ramp.
+// Requests the soft end. From the next step on, the force follows a command that fades along the ramp. No effect if the
+// rig's protection is off.
 EFT_NODISCARD uint8_t eft_request_end_f32(eft_state_f32 *state);
 
 // Sets *down to 1 if the protection's ramp has reached zero or the test has not begun, else to 0.

@@ -210,13 +210,14 @@ functions! {
     }
 
     /// Requests a trip, for an emergency stop or another actuator of the specimen. The next step trips at the last
-    /// command.
+    /// command. No effect if the rig's protection is off.
     fn eft_request_trip_f32 eft_request_trip_f64(state: *mut eft_state<T>) {
         let running = made(state)?;
         running.request(&running.trip)
     }
 
-    /// Requests the soft end. From the next step on, the force follows a command that fades along the ramp.
+    /// Requests the soft end. From the next step on, the force follows a command that fades along the ramp. No effect
+    /// if the rig's protection is off.
     fn eft_request_end_f32 eft_request_end_f64(state: *mut eft_state<T>) {
         let running = made(state)?;
         running.request(&running.end)

@@ -1,6 +1,7 @@
 //! The controller of `uneven` at 5000 Hz, exported by eft.
 //!
-//! The force loop is closed here: `CHANNEL.step` gives the valve command, V.
+//! The force loop is closed here: `CHANNEL.step` gives the valve command, V. The protection is off:
+//! no level, fault or request trips.
 use eft_core::{
     Channel, Learning, Mode, Parameters, Realization, SignFrom, VelocitySource,
 };

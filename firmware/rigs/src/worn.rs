@@ -1,7 +1,7 @@
 //! The controller of `worn` at 4096 Hz, exported by eft.
 //!
 //! The force loop is closed here: `CHANNEL.step` gives the valve command, V. The next tick's
-//! command, N, is given with this one's.
+//! command, N, is given with this one's. The protection is off: no level, fault or request trips.
 use eft_core::{
     Channel, Learner, Learning, Mode, Parameters, Realization, SignFrom, VelocitySource,
 };

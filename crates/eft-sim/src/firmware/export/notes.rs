@@ -63,6 +63,9 @@ fn notes(parts: &Parts, target: Target) -> Vec<String> {
     if p.supply_correction {
         notes.push("The measured supply pressure, Pa, is given with every sample.".to_owned());
     }
+    if p.protection.is_none() {
+        notes.push("The protection is off: no level, fault or request trips.".to_owned());
+    }
     if p.protection.is_some() && rig.protection.soft_end {
         let ticks = soft_end_ticks(rig, p.sample_rate);
         notes.push(format!("The command fades at its end: {end} is called before its last {ticks} ticks."));

@@ -179,6 +179,15 @@ fn the_comment_lists_the_duties_of_the_firmware() {
             assert!(said.contains(expected) && said.contains(step), "{said}");
         }
     }
+    // A level without the switch has no effect.
+    let level = ("protection.force_trip", toml::Value::from(2e4));
+    for target in [Target::Rust, Target::C] {
+        let says_off = |changes: &[_]| {
+            comment(changes, target).contains("The protection is off: no level, fault or request trips.")
+        };
+        assert!(says_off(&[]) && says_off(&[level.clone()]));
+        assert!(!says_off(&[level.clone(), ("protection.enabled", true.into())]));
+    }
 }
 
 /// To accept a change: `EFT_WRITE_EXPORTS=1 cargo test -p eft-sim firmware_holds`.
