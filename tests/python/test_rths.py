@@ -13,6 +13,7 @@ from eft import rths
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 
+NAN = float("nan")
 RATE = 4096.0
 RECORD = Path(eft.__file__).parent / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
 PAGE = Path(__file__).resolve().parents[2] / "docs/reference/python/hybrid.md"
@@ -129,6 +130,21 @@ def test_an_unstable_controller_is_refused():
         rths.simulate(record, controller=rths.SampleController(proportional=6.0))
     with pytest.raises(ValueError, match=r"^scale = nan"):
         rths.simulate(record, scale=float("nan"))
+
+
+@pytest.mark.parametrize(
+    ("part", "says"),
+    [
+        ({"building": rths.Building(-1.0, 0.05)}, "building.mass = -1.0: must be positive and finite"),
+        ({"building": rths.Building(1e3, NAN)}, "building.damping_ratio = nan: must be finite"),
+        ({"transfer_system": rths.TransferSystem(stiffness=0.0)}, "transfer_system.stiffness = 0.0"),
+        ({"controller": rths.SampleController(integral=NAN)}, "controller.integral = nan"),
+    ],
+)
+def test_a_value_of_a_part_that_is_not_allowed_is_named(part, says):
+    record = eft.Record([0.0, 1.0, 0.0], 0.1, "made up")
+    with pytest.raises(ValueError, match=f"^{says}"):
+        rths.simulate(record, **part)
 
 
 def test_a_perturbed_plant_is_repeatable():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -216,7 +216,7 @@ def simulate(
     Raises
     ------
     ValueError
-        If scale or rest is not allowed, or the test is unstable.
+        If scale, rest or a value of the parts is not allowed, or the test is unstable.
 
     Examples
     --------
@@ -231,6 +231,16 @@ def simulate(
         if not (np.isfinite(value) and value >= 0.0):
             raise ValueError(f"{name} = {value!r}: must be at least 0 and finite")
     plant, control = transfer_system or TransferSystem(), controller or SampleController()
+    for part, values in (
+        ("building", building._asdict()),
+        ("transfer_system", asdict(plant)),
+        ("controller", asdict(control)),
+    ):
+        for name, value in values.items():
+            positive = name in ("mass", "stiffness")
+            if not np.isfinite(value) or (positive and value <= 0.0):
+                allowed = "positive and finite" if positive else "finite"
+                raise ValueError(f"{part}.{name} = {value!r}: must be {allowed}")
     mass, damping, stiffness = building.matrices()
     shares = np.zeros((3, 3))
     shares[0, 0] = 1.0
