@@ -1,7 +1,7 @@
 /* The controller of guarded at 4096 Hz, exported by eft.
  *
- * The force loop is closed here: eft_step gives the valve command, V. The measured supply
- * pressure, Pa, is given with every sample.
+ * The force loop is closed here: eft_step gives the valve command, V. The measured displacement,
+ * m, is given with every sample. The measured supply pressure, Pa, is given with every sample.
  */
 #ifndef EFT_RIG_GUARDED_H
 #define EFT_RIG_GUARDED_H

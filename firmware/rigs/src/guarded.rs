@@ -1,7 +1,8 @@
 //! The controller of `guarded` at 4096 Hz, exported by eft.
 //!
-//! The force loop is closed here: `CHANNEL.step` gives the valve command, V. The measured supply
-//! pressure, Pa, is given with every sample.
+//! The force loop is closed here: `CHANNEL.step` gives the valve command, V. The measured
+//! displacement, m, is given with every sample. The measured supply pressure, Pa, is given with
+//! every sample.
 use eft_core::{
     Channel, Learner, Learning, Levels, Mode, Parameters, ProtectionParameters, Realization, SignFrom, VelocitySource,
 };

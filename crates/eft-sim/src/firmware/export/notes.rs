@@ -1,6 +1,6 @@
 //! Duties of the firmware that constants cannot hold, for the first comment of the exported file.
 
-use eft_core::Realization;
+use eft_core::{Levels, ProtectionParameters, Realization, VelocitySource};
 
 use crate::closed_loop::soft_end_ticks;
 
@@ -60,8 +60,20 @@ fn notes(parts: &Parts, target: Target) -> Vec<String> {
             notes.push("The next tick's command is given without this delay.".to_owned());
         }
     }
-    if p.supply_correction {
-        notes.push("The measured supply pressure, Pa, is given with every sample.".to_owned());
+    let estimated = !matches!(p.velocity_source, VelocitySource::Sensor);
+    let accelerometer = matches!(p.velocity_source, VelocitySource::Accelerometer { .. });
+    let limited = |q: &ProtectionParameters| q.displacement != Levels::NONE || q.plausibility.is_some();
+    let pressure =
+        |q: &ProtectionParameters| q.plausibility.is_some_and(|w| w.load_pressure_tolerance < f64::MAX);
+    for (signal, given) in [
+        ("displacement, m", estimated || p.protection.is_some_and(|q| limited(&q))),
+        ("acceleration, m/s2", accelerometer),
+        ("supply pressure, Pa", p.supply_correction),
+        ("load pressure, Pa", p.protection.is_some_and(|q| pressure(&q))),
+    ] {
+        if given {
+            notes.push(format!("The measured {signal}, is given with every sample."));
+        }
     }
     if p.protection.is_none() {
         notes.push("The protection is off: no level, fault or request trips.".to_owned());

@@ -173,6 +173,13 @@ fn the_comment_lists_the_duties_of_the_firmware() {
         (ahead.to_vec(), "next tick's command"),
         (vec![("compensation.adaptive", true.into())], "is sampled with the rest"),
         (vec![("compensation.supply_correction", true.into())], "measured supply pressure"),
+        (vec![("controller.velocity_source", "derivative".into())], "measured displacement"),
+        (vec![("controller.velocity_source", "accelerometer".into())], "measured acceleration"),
+        (vec![("protection.enabled", true.into())], "measured displacement"),
+        (
+            vec![("protection.enabled", true.into()), ("protection.load_pressure_tolerance", 500.0.into())],
+            "measured load pressure",
+        ),
     ] {
         for (target, step) in [(Target::Rust, "`CHANNEL.step`"), (Target::C, "eft_step")] {
             let said = comment(&changes, target);
