@@ -21,8 +21,8 @@ class Status(IntFlag):
     INVALID_MEASUREMENT = 1 << 5
     """A measurement was not finite or out of its range; the last output was held."""
     INVALID_COMMAND = 1 << 6
-    """The force command was not finite; the output was held, or a protection took the last valid command. Or the next
-    command was not finite, and the feedforward took the last valid one."""
+    """The force command was not finite; the output was held, or a protection took the last valid command.
+    Or the next command was not finite, and the feedforward took the last valid one."""
     HELD = 1 << 7
     """The output was held on request."""
     SPOOL_STOP = 1 << 8

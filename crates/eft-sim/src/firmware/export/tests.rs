@@ -192,7 +192,7 @@ fn the_comment_lists_the_duties_of_the_firmware() {
         let says_off = |changes: &[_]| {
             comment(changes, target).contains("The protection is off: no level, fault or request trips.")
         };
-        assert!(says_off(&[]) && says_off(&[level.clone()]));
+        assert!(says_off(&[]) && says_off(std::slice::from_ref(&level)));
         assert!(!says_off(&[level.clone(), ("protection.enabled", true.into())]));
     }
 }
