@@ -44,7 +44,7 @@ class Status(IntFlag):
     TRIPPED = 1 << 16
     """The protection had tripped, and the force command was ramped to zero."""
     SHUT_DOWN = 1 << 17
-    """The protection ramped the whole valve command to zero."""
+    """The protection ramped the whole valve command to that of the closed valve."""
     STUCK_MEASUREMENT = 1 << 18
     """A measurement repeated to the last bit, or the last valid supply pressure replaced an invalid one."""
     CALIBRATION_LATE = 1 << 19

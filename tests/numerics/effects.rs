@@ -108,7 +108,7 @@ fn energy_adds_up_with_an_attachment_unequal_areas_and_lapped_lands() {
     for (overlap, area_ratio, level) in [(-0.01, 0.8, 0.4), (0.005, 1.2, 0.9)] {
         let rig = changed(&[
             ("servovalve.overlap", overlap.into()),
-            ("servovalve.null_bias", 0.01.into()),
+            ("truth.servovalve.null_bias", 0.01.into()),
             ("servovalve.torque_motor_frequency", 300.0.into()),
             ("actuator.area_ratio", area_ratio.into()),
             ("actuator.attachment_stiffness", 5e8.into()),

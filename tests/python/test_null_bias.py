@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import eft
+from buildings import building
 
 RIG = eft.Rig.zhao2005().replace(
     {
@@ -36,11 +37,28 @@ def test_a_known_bias_raises_no_alarm_while_the_supply_rises(bias: float) -> Non
     assert eft.simulate(rig.replace({"truth.servovalve.null_bias": bias}), COMMAND).cause != eft.Cause.NONE
 
 
-@pytest.mark.parametrize("bias", [-0.06, 0.06])
-def test_a_known_bias_raises_no_alarm_at_full_pressure(bias: float) -> None:
-    rig = RIG.replace({"protection.start_time": 0.0})
-    assert eft.simulate(rig.replace({"servovalve.null_bias": bias}), COMMAND).cause == eft.Cause.NONE
-    assert eft.simulate(rig.replace({"truth.servovalve.null_bias": bias}), COMMAND).cause != eft.Cause.NONE
+REALIZATIONS = [
+    {"controller.force_loop": "robust"},
+    {"controller.force_loop": "pd"},
+    {"controller.force_loop": "pd", "controller.realization": "digital", "truth.dac.delay": 1},
+    {"controller.force_loop": "pd", "compensation.computation_delay": 2},
+]
+
+
+@pytest.mark.parametrize("bias", [-0.2, -0.06, 0.1])
+@pytest.mark.parametrize("loop", REALIZATIONS, ids=["robust", "analog", "late converter", "late computation"])
+def test_a_known_bias_at_full_pressure_is_no_disturbance(bias: float, loop: dict[str, object]) -> None:
+    # With the true gain of the valve the command of the null is exact.
+    gain = 1.0 / (RIG["servovalve.spool_sensitivity"] * RIG["servovalve.spool_stroke"])
+    rig = RIG.replace({"protection.start_time": 0.0, "compensation.valve_gain": gain} | loop)
+
+    def run(changes: dict[str, object]) -> eft.TestRun:
+        return eft.simulate(rig.replace(changes), COMMAND)
+
+    sound, known = run({}), run({"servovalve.null_bias": bias})
+    assert known.spool[0] == bias and known.cause == eft.Cause.NONE
+    assert abs(known.force - sound.force)[:400].max() < 1.0
+    assert run({"truth.servovalve.null_bias": bias}).cause != eft.Cause.NONE
 
 
 @pytest.mark.parametrize("bias", [-0.03, -0.015, 0.01, 0.03])
@@ -51,6 +69,34 @@ def test_a_bias_at_full_pressure_from_the_first_sample_raises_no_alarm(bias: flo
     assert run.cause == eft.Cause.NONE
     # The valve fills the actuator before the spool has moved.
     assert abs(run.force).max() < 18e3
+
+
+def test_every_door_starts_at_the_known_bias() -> None:
+    changes = {"servovalve.null_bias": 0.1, "truth.servovalve.null_bias": 0.0}
+    rig = eft.Rig.zhao2005().replace(changes | {"controller.realization": "digital"})
+    plant = eft.Plant(rig)
+    assert plant.state.spool == 0.1
+    assert plant.step(rig["servovalve.null_bias"] / 0.1).spool == pytest.approx(0.1, rel=1e-3)
+    floors = building(2, **{"servovalve.null_bias": 0.1})
+    still = eft.sine_sweep(1.0, 0.5, 4.0, 0.1, 4096.0)
+    both = eft.Command(np.stack([still.values] * 2), 4096.0)
+    assert (eft.simulate(floors, both).spool[:, 0] == 0.1).all()
+    # Before the first sample, and when a lost one repeats the last output, the valve is held.
+    controller = eft.Controller(rig)
+    assert controller.step(command=np.nan, velocity=0.0, force=0.0, spool=0.1) == pytest.approx(1.0)
+    # A true null at zero: the rig rests at what its controller believes, and the force follows from that.
+    assert eft.simulate(rig, still).spool[0] == 0.1
+
+
+def test_a_shutdown_ends_at_the_known_bias() -> None:
+    rig = RIG.replace({"servovalve.null_bias": 0.05, "protection.plausibility": False})
+    fault = {"signal": "force", "kind": "lost", "start": 3.5}
+    rig = rig.replace({f"sensors.fault.{key}": value for key, value in fault.items()})
+    run = eft.simulate(rig, COMMAND)
+    assert run.status[-1] & eft.Status.SHUT_DOWN
+    assert run.valve_command[-1] == pytest.approx(0.5)
+    # The valve is closed, and the specimen's motion decays.
+    assert run.spool[-1] == pytest.approx(0.05, rel=2e-3)
 
 
 def _fails(kind: str, start: float, bias: float, start_time: float) -> eft.TestRun:

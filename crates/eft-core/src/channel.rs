@@ -198,7 +198,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             let faults = out.status & !status::STUCK_MEASUREMENT | state.in_use.flags | stuck;
             p.watch(&mut state.protection, faults);
             if parts.realization == Realization::Digital {
-                voltage = voltage * authority;
+                voltage = self.controller.closing(voltage, authority);
             }
         }
         let mut window = None;

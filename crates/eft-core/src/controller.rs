@@ -210,7 +210,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         // After long at one command, the next one is the same.
         let input = &ControllerInput { next_command: input.command, ..*input };
         let good = self.accepts(input);
-        ControllerState::select(good, self.settled(before, input, calibration), ControllerState::default())
+        ControllerState::select(good, self.settled(before, input, calibration), self.at_rest())
     }
 
     /// The steady state at a valid input.
@@ -256,6 +256,39 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             lost,
             supply,
         }
+    }
+
+    /// The state of a rig at rest, with the valve at its known null.
+    pub fn at_rest(&self) -> ControllerState<S> {
+        ControllerState {
+            compensation: CompensationState::holding(self.compensation.null_signal()),
+            valve_command: self.null_command(),
+            ..ControllerState::default()
+        }
+    }
+
+    /// The compensation signal (V) that holds the valve at its known null.
+    pub fn null_signal(&self) -> S {
+        self.compensation.null_signal()
+    }
+
+    /// The valve command (V) that holds the valve at its known null; for an analog controller the compensation signal.
+    pub(crate) fn null_command(&self) -> S {
+        let signal = self.compensation.null_signal();
+        match self.realization {
+            Realization::Digital => self.limiter.settled(self.servovalve.proportional_gain * signal),
+            Realization::Analog => signal,
+        }
+    }
+
+    /// A share (1) of a valve command (V), and for the rest the command of the known null: a closed valve.
+    #[inline(always)]
+    pub(crate) fn closing(&self, valve_command: S, share: S) -> S {
+        let permitted = share * valve_command;
+        if !self.compensation.knows_null() {
+            return permitted;
+        }
+        permitted + (S::splat(1.0) - share) * self.null_command()
     }
 
     /// The calibration of the configuration, which is the paper's scheme.

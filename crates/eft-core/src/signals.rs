@@ -77,7 +77,8 @@ pub struct Output<T: Real> {
     pub velocity: T,
     /// The force command (N) that the protection permits, for an analog controller to follow.
     pub permitted_command: T,
-    /// The protection's factor (1) on the valve command. `voltage` contains it; an analog controller must apply it.
+    /// The protection's factor (1) on the valve command. `voltage` contains it, as the factor on the distance from the
+    /// command of the known null; an analog controller must apply it.
     pub authority: T,
     /// Bits of [`status`](crate::status).
     pub status: u32,

@@ -41,7 +41,7 @@ pub const LEVEL_REDUCED: u32 = 1 << 14;
 pub const PROTECTION_WARNING: u32 = 1 << 15;
 /// The protection has tripped: the force command is frozen and ramps to zero.
 pub const TRIPPED: u32 = 1 << 16;
-/// The protection ramps the whole valve command to zero.
+/// The protection ramps the whole valve command to that of the closed valve.
 pub const SHUT_DOWN: u32 = 1 << 17;
 /// A measurement repeats to the last bit, as from a stuck sensor.
 ///

@@ -121,7 +121,7 @@ EFT_NODISCARD uint32_t eft_abi_version(void);
 #define EFT_LEVEL_REDUCED (1u << 14) // The overcompensation guard has reduced the compensation level.
 #define EFT_PROTECTION_WARNING (1u << 15) // A measurement is beyond its warning level.
 #define EFT_TRIPPED (1u << 16)     // The protection has tripped: the force command is frozen and ramps to zero.
-#define EFT_SHUT_DOWN (1u << 17)   // The protection ramps the whole valve command to zero.
+#define EFT_SHUT_DOWN (1u << 17)   // The protection ramps the whole valve command to that of the closed valve.
 #define EFT_STUCK_MEASUREMENT (1u << 18) // A measurement repeats to the last bit, as from a stuck sensor.
 #define EFT_CALIBRATION_LATE (1u << 19) // The learner's last calibration came late or is missing.
 #define EFT_FORCE_LOOP_OPEN (1u << 20) // The force loop is open; an analog controller must open its own.

@@ -1,9 +1,7 @@
 //! The model inside an FMU: the virtual rig, or its controller.
 
 use eft_core::{Input, Output, status};
-use eft_sim::closed_loop::{
-    AT_REST, Precision, RigChannel, RigChannelState, RigReading, VirtualRig, parameters,
-};
+use eft_sim::closed_loop::{Precision, RigChannel, RigChannelState, RigReading, VirtualRig, parameters};
 use eft_sim::{Error, Result, RigConfig};
 use serde::{Deserialize, Serialize};
 
@@ -153,7 +151,11 @@ pub(crate) struct ControllerModel<P: Precision> {
 impl<P: Precision> ControllerModel<P> {
     fn new(rig: &RigConfig) -> Result<Self> {
         let parameters = parameters(rig, rig.controller.sample_rate)?;
-        let one = |_| Ok((RigChannel::new(&parameters, rig.calibration.as_ref())?, AT_REST));
+        let one = |_| {
+            let channel = RigChannel::new(&parameters, rig.calibration.as_ref())?;
+            let before = channel.before();
+            Ok((channel, before))
+        };
         let actuators = (0..rig.structure.floors()).map(one).collect::<Result<_>>()?;
         Ok(Self { actuators, rig: rig.clone(), tripped: false })
     }

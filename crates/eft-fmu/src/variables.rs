@@ -54,6 +54,8 @@ impl Signals {
         let shared = all.iter().map(|one| (*one, String::new()));
         let start = |name| match (role, name) {
             (Role::Input, "supply_pressure") => rig.supply.pressure,
+            (Role::Input, "spool") => rig.servovalve.null_bias,
+            (Role::Input, "valve_command") => rig.null_command(),
             _ => 0.0,
         };
         numbered.chain(shared).map(|(one, index)| Variable::signal(one, &index, role, start(one.0))).collect()

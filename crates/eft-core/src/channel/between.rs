@@ -5,7 +5,7 @@ use core::borrow::Borrow;
 use crate::channel::state::{Choice, Sound};
 use crate::channel::{Channel, ChannelState};
 use crate::compensation::Calibration;
-use crate::controller::{ControllerInput, ControllerState};
+use crate::controller::ControllerInput;
 use crate::learning::Window;
 use crate::number::Real;
 use crate::parameters::Realization;
@@ -15,13 +15,13 @@ use crate::status;
 use crate::velocity::VelocityState;
 
 impl<T: Real, const N: usize> Channel<T, N> {
-    /// A rig at rest, nothing learned yet.
+    /// A rig at rest with the valve at its known null, nothing learned yet.
     pub fn at_rest(&self) -> ChannelState<T> {
         ChannelState {
-            controller: ControllerState::default(),
+            controller: self.controller.at_rest(),
             velocity: VelocityState::default(),
             protection: ProtectionState::default(),
-            plausibility: PlausibilityState::default(),
+            plausibility: self.begun_anew(&PlausibilityState::default()),
             velocity_gap: 0,
             ticks_left: self.window_ticks,
             window: Window::first(0),
@@ -69,7 +69,11 @@ impl<T: Real, const N: usize> Channel<T, N> {
         };
         let digital = self.realization == Realization::Digital;
         Output {
-            voltage: if digital { out.valve_command * authority } else { out.valve_command },
+            voltage: if digital {
+                self.controller.closing(out.valve_command, authority)
+            } else {
+                out.valve_command
+            },
             compensation: out.compensation,
             velocity: T::splat(f64::NAN),
             permitted_command: T::splat(f64::NAN),
@@ -95,13 +99,18 @@ impl<T: Real, const N: usize> Channel<T, N> {
             supply_pressure: input.supply_pressure,
         };
         state.controller = self.controller.prime(&state.controller, &asked, state.calibration());
-        state.plausibility = state.plausibility.begun_anew();
+        state.plausibility = self.begun_anew(&state.plausibility);
         state.stuck = StuckWatchState::default();
         state.velocity_gap = 0;
         if state.ticks_left == 0 {
             state.begin_window(self.window_ticks);
         }
         (state.ticks_left, state.window) = (self.window_ticks, Window::first(state.window.number));
+    }
+
+    /// The state of the plausibility watch before the first sample, with what is known of sensors and valve.
+    fn begun_anew(&self, before: &PlausibilityState<T>) -> PlausibilityState<T> {
+        before.begun_anew(self.plausibility.as_ref().map_or(T::splat(0.0), |watch| watch.null_bias))
     }
 
     /// Continues a state under another configuration of the same sample rate, without a bump. If this configuration

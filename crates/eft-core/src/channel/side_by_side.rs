@@ -38,7 +38,7 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
     /// Rigs at rest, nothing learned yet.
     pub fn at_rest(&self) -> ChannelLanesState<S> {
         ChannelLanesState {
-            controller: ControllerState::default(),
+            controller: self.controller.at_rest(),
             calibrations: [self.controller.nominal(); 2],
             ticks: 0,
             window: Window::first(0),

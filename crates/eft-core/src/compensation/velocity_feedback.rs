@@ -54,6 +54,13 @@ pub struct CompensationState<S> {
 }
 integrity!(CompensationState<T>: lead, output);
 
+impl<S: Copy + Default> CompensationState<S> {
+    /// At rest with this output (V).
+    pub(crate) fn holding(output: S) -> Self {
+        Self { output, ..Self::default() }
+    }
+}
+
 impl<S: Copy> CompensationState<S> {
     /// The last output (V).
     pub const fn output(&self) -> S {
@@ -151,6 +158,17 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     #[inline(always)]
     pub fn nominal(&self) -> Calibration<S> {
         Calibration::of(self.lead, self.response_delay, self.null_bias)
+    }
+
+    /// The compensation signal (V) that holds the valve at its known null.
+    pub(crate) fn null_signal(&self) -> S {
+        self.null_bias * self.lead.gain()
+    }
+
+    /// Whether any lane knows a null bias.
+    #[inline(always)]
+    pub(crate) fn knows_null(&self) -> bool {
+        self.null_bias.abs().gt(S::splat(0.0)).any()
     }
 
     /// The state of a rig that has long been at this operating point. The next [`step`](Self::step) with the same

@@ -5,7 +5,7 @@ use crate::force_loop::ServovalveControllerState;
 use crate::integrity::integrity;
 use crate::number::{Flags, Mask, Scalar};
 
-/// The state of the controller. `default()` is a rig at rest.
+/// The state of the controller. `default()` is a rig at rest without a known null bias.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]

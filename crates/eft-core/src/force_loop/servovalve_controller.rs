@@ -9,7 +9,7 @@ use crate::parameters::Parameters;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServovalveController<S> {
     force_sensitivity: S,
-    proportional_gain: S,
+    pub(crate) proportional_gain: S,
     derivative_per_sample: S,
 }
 integrity!(ServovalveController<T>: force_sensitivity, proportional_gain, derivative_per_sample);

@@ -67,7 +67,7 @@ pub struct ProtectionParameters {
     /// Time (s) from the whole command to zero after a trip or at the end. After a trip by a sensor it is a fifth of this, at
     /// most 0.1 s. After one by the force's level it is at most 0.1 s with a plausibility watch.
     pub ramp_time: f64,
-    /// Time (s) from the whole valve command to zero in a shutdown.
+    /// Time (s) from the whole valve command to that of the closed valve in a shutdown.
     pub shutdown_time: f64,
     /// Number of lost or refused samples in a row (1), at most 100,000, that do not cause a shutdown yet. The same number of
     /// lost commands does not trip yet. With a plausibility watch, a sensor with three or more readings that

@@ -56,7 +56,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) oil: T,
     pub(super) valve_gain: T,
     /// The known null bias (1), from which the valve's flow depends on the spool.
-    pub(super) null_bias: T,
+    pub(crate) null_bias: T,
     /// Coefficients (1): the residuals' low-pass and high-pass, the valve's lag, the valve's low-pass.
     pub(super) low: T,
     pub(super) high: T,
@@ -100,7 +100,7 @@ pub(super) const TURNED: usize = 4;
 pub(super) const RATIO: usize = 5;
 pub(super) const AGAINST: usize = 6;
 
-/// The state of a watch. `default()` is a rig at rest.
+/// The state of a watch. `default()` is a rig at rest without a known null bias.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -338,8 +338,8 @@ impl<T: Real> PlausibilityState<T> {
         }
     }
 
-    /// The state before the first sample, with what is known of sensors and valve.
-    pub(crate) fn begun_anew(&self) -> Self {
+    /// The state before the first sample, with what is known of sensors and valve. The spool is at the known null (1).
+    pub(crate) fn begun_anew(&self, null_bias: T) -> Self {
         let Self { distrusted, by_balance, null, followed, step, source, braked, .. } = *self;
         let load_pressure = self.load_pressure.begun_anew();
         Self {
@@ -351,6 +351,7 @@ impl<T: Real> PlausibilityState<T> {
             source,
             braked,
             load_pressure,
+            valve: [null_bias; 6],
             ..Self::default()
         }
     }

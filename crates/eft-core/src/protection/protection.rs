@@ -1,7 +1,7 @@
 //! Protection of the specimen: limits with warning and trip levels, soft start and end, ramp to zero force.
 //!
 //! The protection has two stages. A *trip* freezes the force command and ramps it to zero, with the force loop still
-//! closed. A *shutdown* ramps the whole valve command to zero. It follows if measurements stay lost, if the controller
+//! closed. A *shutdown* ramps the whole valve command to that of the closed valve. It follows if measurements stay lost, if the controller
 //! refuses its samples, if a signal is far beyond its trip level, or if the force remains after the ramp. A closed
 //! valve locks the piston, and a moving mass against locked oil makes a large force. A shutdown must therefore take
 //! long compared with the specimen's period, or act together with a bypass valve across the actuator.

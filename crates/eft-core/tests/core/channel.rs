@@ -2,8 +2,8 @@
 //! controller alone if everything else is off.
 
 use eft_core::{
-    Channel, ChannelState, Controller, ControllerInput, ControllerState, Input, Learner, Learning, Levels,
-    Parameters, ProtectionParameters, Real, Realization, VelocitySource, status,
+    Channel, ChannelState, Controller, ControllerInput, Input, Learner, Learning, Levels, Parameters,
+    ProtectionParameters, Real, Realization, VelocitySource, status,
 };
 use proptest::prelude::*;
 
@@ -85,7 +85,7 @@ macro_rules! tests {
                         // The largest compensation signal, for a step of the whole stroke.
                         Realization::Analog => 2.001 / 0.02 * 1.25 / (p.proportional_gain * p.valve_gain),
                     };
-                    let mut last = 0.0;
+                    let mut last = channel.hold(&state).voltage;
                     for sample in samples {
                         let i = $given(&sample);
                         let out = rig::tick(&channel, &mut state, &i);
@@ -161,7 +161,7 @@ macro_rules! tests {
                     let p = Parameters { learning: Learning::OFF, ..p };
                     let channel = Channel::<$t, 21>::new(&p).unwrap();
                     let plain = Controller::<$t, 21>::new(&p).unwrap();
-                    let (mut state, mut alone) = (channel.at_rest(), ControllerState::default());
+                    let (mut state, mut alone) = (channel.at_rest(), plain.at_rest());
                     for sample in samples {
                         let i = $given(&sample);
                         let asked = ControllerInput {

@@ -204,11 +204,9 @@ proptest! {
         let p = Parameters { spool_range: f64::MAX, spool_warning: f64::MAX, null_bias: 0.0, ..p };
         let with = Controller::<f64, 21>::new(&Parameters { null_bias, ..p }).unwrap();
         let without = Controller::<f64, 21>::new(&p).unwrap();
-        let [mut state, mut plain] = [ControllerState::default(); 2];
+        let [mut state, mut plain] = [with.at_rest(), without.at_rest()];
         let signal = null_bias / (p.proportional_gain * p.valve_gain);
-        // Before the first good sample the output is that of rest.
-        let first = Input { spool: 0.1, command: 0.0, velocity: 0.0, force: 0.0, ..Input::default() };
-        for i in core::iter::once(&first).chain(&ticks) {
+        for i in &ticks {
             let moved = Input { spool: i.spool + null_bias, ..*i };
             // Less the rounding by the sum.
             let i = &Input { spool: moved.spool - null_bias, ..*i };

@@ -2,7 +2,7 @@
 
 use eft_core::{Input, Output, Parameters, Realization};
 use eft_sim::RigConfig;
-use eft_sim::closed_loop::{AT_REST, RigChannel as Core, parameters};
+use eft_sim::closed_loop::{RigChannel as Core, parameters};
 use eft_sim::config::VelocitySource;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -81,7 +81,8 @@ impl Channel {
             Dtype::F32 => Precision::F32(Core::new(&parameters, saved).map_err(to_python)?),
             Dtype::F64 => Precision::F64(Core::new(&parameters, saved).map_err(to_python)?),
         };
-        Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, realization, last: AT_REST })
+        let last = each!(&core, core => core.before());
+        Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, realization, last })
     }
 
     /// The arguments for a new object in `pickle`, which can only restore an object at rest.
@@ -221,7 +222,7 @@ impl Channel {
 
     pub(super) fn reset(&mut self) {
         each!(&mut self.core, core => core.reset());
-        self.last = AT_REST;
+        self.last = each!(&self.core, core => core.before());
     }
 
     pub(super) fn end(&mut self) {
@@ -298,7 +299,8 @@ impl Channel {
                 next = sample.command;
             }
         }
-        let (core, mut last) = (&mut self.core, AT_REST);
+        let mut last = each!(&self.core, core => core.before());
+        let core = &mut self.core;
         let values = py.detach(|| {
             let mut step = |sample: &Input<f64>| {
                 let output = each!(&mut *core, core => core.step(sample));

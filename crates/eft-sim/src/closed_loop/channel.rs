@@ -15,17 +15,6 @@ use crate::error::{Error, Result};
 
 type Channel<P> = eft_core::Channel<P, TABLE_CAPACITY>;
 
-/// The output before the first tick.
-pub const AT_REST: Output<f64> = Output {
-    voltage: 0.0,
-    compensation: 0.0,
-    velocity: 0.0,
-    permitted_command: 0.0,
-    authority: 1.0,
-    status: 0,
-    window: None,
-};
-
 /// A channel, its learner if the rig learns, and the states of both.
 #[derive(Debug, Clone)]
 pub struct RigChannel<P: Precision> {
@@ -108,6 +97,12 @@ impl<P: Precision> RigChannel<P> {
     /// Returns the last output again and leaves the state unchanged.
     pub fn hold(&self) -> Output<f64> {
         widened(&self.channel.hold(&self.state))
+    }
+
+    /// The output before the first tick, which holds the valve at its known null.
+    pub fn before(&self) -> Output<f64> {
+        let held = self.channel.hold(&self.channel.at_rest());
+        Output { velocity: 0.0, permitted_command: 0.0, status: 0, ..widened(&held) }
     }
 
     /// Sets the state of a rig that has long been at this operating point, so that the next step with the

@@ -47,10 +47,11 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
         let plant = Plant::pack(rig)?;
         let actuators = 0..plant.actuators();
         let side = |actuator| DigitalSide::new(&rig, grid.sample_rate, actuator as u64);
+        let digital: Vec<DigitalSide<S, C>> = actuators.map(side).collect::<Result<_>>()?;
         Ok(Self {
-            digital: actuators.clone().map(side).collect::<Result<_>>()?,
-            states: vec![ControllerState::default(); actuators.len()],
-            drivers: Vec::with_capacity(actuators.len()),
+            states: digital.iter().map(DigitalSide::at_rest).collect(),
+            drivers: Vec::with_capacity(digital.len()),
+            digital,
             plant,
             follower: None,
             grid,

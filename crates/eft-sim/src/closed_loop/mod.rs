@@ -25,7 +25,7 @@ pub(crate) mod tick;
 pub(crate) mod traces;
 mod virtual_rig;
 
-pub use channel::{AT_REST, RigChannel, RigChannelState};
+pub use channel::{RigChannel, RigChannelState};
 pub use controller::{Precision, RigController, Width, adapts, parameters};
 pub use energy::{EnergyTraces, energy_of_traces};
 pub use external_controller::ExternalOutput;

@@ -126,6 +126,11 @@ impl RigConfig {
         moves && self.sensors.motion_at == MotionAt::Piston
     }
 
+    /// The valve command (V) that holds the valve at its configured null.
+    pub fn null_command(&self) -> f64 {
+        self.servovalve.null_bias / self.compensation.valve_gain
+    }
+
     /// Reads a configuration from TOML text.
     ///
     /// # Errors

@@ -24,7 +24,7 @@ impl<S: Scalar<Element = f64>> CommandDelay<S> {
         if (0..S::LANES).all(|i| delay(i) == 0.0) {
             return None;
         }
-        let line = DelayLines::new(S::LANES, |i| delay(i) as usize);
+        let line = DelayLines::new(S::LANES, |i| delay(i) as usize, |_| 0.0);
         let part = S::from_lanes(|i| delay(i).fract());
         Some(Self { lines: [line.clone(), line], before: [S::splat(0.0); 2], part })
     }

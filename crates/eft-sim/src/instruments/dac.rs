@@ -17,13 +17,15 @@ pub(crate) struct Dac<S> {
 }
 
 impl<S: Num> Dac<S> {
-    pub(crate) fn new<'a>(dac: impl Fn(usize) -> &'a config::Dac) -> Self {
+    /// The converters `dac(0)`, `dac(1)`, …, one per lane, with an input of `rest(i)` V until now.
+    pub(crate) fn new<'a>(dac: impl Fn(usize) -> &'a config::Dac, rest: impl Fn(usize) -> f64) -> Self {
         let lane = |i| dac(i).range.map(|range| Quantizer::new(range, dac(i).bits));
         let mut lanes: Vec<_> = (0..S::LANES).map(lane).collect();
+        let converted = |i: usize| lanes[i].map_or(rest(i), |dac| dac.convert(rest(i)));
+        let delay = DelayLines::new(S::LANES, |i| dac(i).delay as usize, converted);
         if lanes.iter().all(Option::is_none) {
             lanes.clear();
         }
-        let delay = DelayLines::new(S::LANES, |i| dac(i).delay as usize);
         Self { lanes, delay, number: std::marker::PhantomData }
     }
 

@@ -16,9 +16,9 @@ struct DelayLine {
 }
 
 impl DelayLines {
-    /// At rest, for a number of lanes; `delay(i)` is the delay of lane `i` in samples.
-    pub(crate) fn new(lanes: usize, delay: impl Fn(usize) -> usize) -> Self {
-        let line = |i| DelayLine { samples: vec![0.0; delay(i)], next: 0 };
+    /// For a number of lanes; `delay(i)` is the delay of lane `i` in samples, `rest(i)` its signal before the first one.
+    pub(crate) fn new(lanes: usize, delay: impl Fn(usize) -> usize, rest: impl Fn(usize) -> f64) -> Self {
+        let line = |i| DelayLine { samples: vec![rest(i); delay(i)], next: 0 };
         let mut lines: Vec<_> = (0..lanes).map(line).collect();
         if lines.iter().all(|line| line.samples.is_empty()) {
             lines.clear();

@@ -34,6 +34,8 @@ pub(crate) struct Plant<S: Num> {
 /// The parts with equations; all actuators have the same parts.
 #[derive(Debug, Clone)]
 struct Parts<S: Num> {
+    /// The spool opening (1) at rest: the null that the controller knows, whatever the true one is.
+    known_null: S,
     servo_actuator: ServoActuator<S>,
     supply: Supply<S>,
     structure: Structure<S>,
@@ -89,6 +91,9 @@ impl<S: Num> Parts<S> {
         let actuators = self.structure.len() * EACH;
         let energies = if self.keeps_account { POWERS } else { 0 };
         let mut state = vec![S::splat(0.0); actuators + SHARED + energies];
+        for [_, spool, ..] in state[..actuators].as_chunks_mut::<EACH>().0 {
+            *spool = self.known_null;
+        }
         state[actuators] = self.supply.setting(S::splat(0.0));
         state
     }
@@ -178,8 +183,10 @@ impl<S: Num> Plant<S> {
     /// # Errors
     /// A flow curve that the core refuses.
     pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Result<Self> {
+        let known_null = S::from_lanes(|i| rig(i).servovalve.null_bias);
         let rig: &dyn Fn(usize) -> _ = &|i| rig(i).plant();
         let parts = Parts {
+            known_null,
             servo_actuator: ServoActuator::pack(rig)?,
             supply: Supply::pack(rig),
             structure: Structure::pack(rig),
@@ -341,8 +348,10 @@ impl Plant<f64> {
     }
 }
 
-/// Whether a rig's true plant has an effect beyond the paper's model, or several actuators.
+/// Whether a rig's true plant has an effect beyond the paper's model, several actuators, or a spool that does not rest at
+/// zero.
 pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
+    let rests_at_zero = rig.servovalve.null_bias == 0.0;
     let rig = rig.plant();
     let (valve, actuator, supply) = (&rig.servovalve, &rig.actuator, &rig.supply);
     let leakage = &valve.leakage;
@@ -361,5 +370,5 @@ pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
         && !rig.piston_moves_alone();
     let plain_supply = supply.schedule.is_none() && supply.accumulator.is_none();
     let plain_cell = rig.sensors.force.bandwidth.is_none();
-    !(plain_valve && plain_actuator && plain_supply && plain_cell && is_plain(rig))
+    !(rests_at_zero && plain_valve && plain_actuator && plain_supply && plain_cell && is_plain(rig))
 }

@@ -238,6 +238,42 @@ fn an_opened_loop_keeps_a_known_null_bias() {
 }
 
 #[test]
+fn a_rig_with_a_known_null_bias_rests_and_shuts_down_at_its_null() {
+    for (realization, null_bias) in
+        [(Realization::Digital, 0.08), (Realization::Digital, -0.2), (Realization::Analog, 0.08)]
+    {
+        let channel =
+            Channel::<f64, 21>::new(&Parameters { realization, null_bias, protection: WATCHED, ..RIG })
+                .unwrap();
+        let digital = realization == Realization::Digital;
+        let held = null_bias / RIG.valve_gain / if digital { 1.0 } else { RIG.proportional_gain };
+        let mut state = channel.at_rest();
+        let before = channel.hold(&state);
+        assert!((before.voltage - held).abs() < 1e-12, "{null_bias}: {before:?}");
+        let still = Input { command: 0.0, force: 0.0, spool: null_bias, valve_command: f64::NAN, ..still(0) };
+        let still = Input { velocity: 0.0, displacement: 0.0, ..still };
+        for tick in 0..4096 {
+            let out = channel.step(&mut state, &still);
+            // Spool and command stand at the null from the first sample on.
+            assert_eq!(state.plausibility.spool(), null_bias, "{tick}");
+            assert!(
+                (out.voltage - held).abs() < 1e-12 && out.status & status::TRIPPED == 0,
+                "{tick}: {out:?}"
+            );
+        }
+        // The command keeps a digital loop's output away from the null until the shutdown ends.
+        let asks = Input { command: 2000.0, ..still };
+        let out = channel.step(&mut state, &asks);
+        assert_eq!((out.voltage - held).abs() > 0.05, digital, "{out:?}");
+        state.protection.shut_down_by(Cause::Request);
+        state.protection.blind();
+        let ended = (0..4096).map(|_| channel.step(&mut state, &asks)).last().unwrap();
+        assert!(ended.authority == 0.0 && (ended.voltage - held).abs() < 1e-12, "{ended:?}");
+        assert_eq!(channel.hold(&state).voltage, ended.voltage);
+    }
+}
+
+#[test]
 fn the_null_bias_of_a_swing_is_its_mean() {
     let channel = Channel::<f64, 21>::new(&Parameters { protection: WATCHED, ..RIG }).unwrap();
     let mut state = channel.at_rest();

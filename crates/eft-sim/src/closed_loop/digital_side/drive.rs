@@ -46,7 +46,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         };
         let [command, rate, compensation] = match self.before {
             Some(before) => before,
-            None => [if IDEAL { command } else { first() }, zero, zero],
+            None => [if IDEAL { command } else { first() }, zero, self.null_signal],
         };
         let analog = self.analog.at(command, rate, compensation);
         plant.command(&Driver::analog(analog.through((cell.gain, cell.offset)), IDEAL || cell.ideal))

@@ -6,7 +6,7 @@ mod valve_command;
 
 pub(crate) use parts::{DigitalSide, Feedback};
 
-use eft_core::{ControllerState, Mask, SavedCalibration, Scalar};
+use eft_core::{ControllerState, Mask, Real, SavedCalibration, Scalar};
 
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::channels::ChannelKind;
@@ -48,10 +48,16 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             lanes.clone().map(|i| parameters(rig(i), sample_rate)).collect::<Result<_>>()?;
         let controllers: Vec<_> = parameters.iter().map(C::Element::controller).collect::<Result<_>>()?;
         let sensors = Sensors::new(&rig, sample_rate, actuator);
-        let computation = DelayLines::new(S::LANES, |i| rig(i).compensation.computation_delay as usize);
+        let null_signal = |i: usize| controllers[i].null_signal().to_f64();
+        let delay = |i: usize| rig(i).compensation.computation_delay as usize;
+        let computation = DelayLines::new(S::LANES, delay, null_signal);
         let command_delay = CommandDelay::new(|i| rig(i).controller.force_delay * sample_rate);
-        let dac = Dac::new(|i| &rig(i).plant().dac);
         let realization = rig(0).controller.realization;
+        let rest = |i: usize| match realization {
+            Realization::Digital => rig(i).null_command(),
+            Realization::Analog => null_signal(i),
+        };
+        let dac = Dac::new(|i| &rig(i).plant().dac, rest);
         let has_ideal_instruments =
             sensors.is_none() && computation.is_none() && command_delay.is_none() && dac.is_ideal();
         let controller = RigController::<C>::pack(&|i| &controllers[i]);
@@ -75,6 +81,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             controller,
             estimates: InUse::new(Estimates::nominal(&rig)),
             before: None,
+            null_signal: S::from_lanes(null_signal),
             estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
             adapts: lanes.into_iter().any(|i| adapts(rig(i))),
             computation,
@@ -182,6 +189,11 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             Source::External(_) => return self.ask(commands, measured),
         };
         self.drive::<false, true>(out, &measured, cell, plant)
+    }
+
+    /// The controllers' state at rest.
+    pub(crate) fn at_rest(&self) -> ControllerState<C> {
+        self.controller.at_rest()
     }
 
     /// The estimates that the controllers used at the last sample.

@@ -70,6 +70,8 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar<Element: Precision>> {
     /// For analog controllers since the last tick: the command (N) at the end of the interval, its rate (N/s)
     /// and the compensation (V).
     pub(super) before: Option<[S; 3]>,
+    /// The compensation (V) before the first tick, which holds the valve at its known null.
+    pub(super) null_signal: S,
     pub(super) estimates_velocity: bool,
     pub(super) adapts: bool,
     pub(super) computation: DelayLines,
