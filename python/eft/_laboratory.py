@@ -128,7 +128,7 @@ def identify(
         ``actuator.area_ratio`` becomes 1.
     release : path-like, optional
         ``displacement`` of a free vibration; the part after `released_at` (s) is used. It gives
-        ``structure.damping``.
+        ``structure.damping``, and must have the natural frequency of the rig's stiffness and mass.
     test : path-like, optional
         ``command``, ``force`` and ``velocity`` of a test with this rig (Fig. 11), without gaps. It gives
         ``compensation.level`` and a more accurate ``compensation.response_delay`` than `valve`.
@@ -208,6 +208,7 @@ def identify(
         with _about(traces):
             part = traces.time >= released_at
             found["damping"] = identify_damping(traces["displacement"][part], traces.sample_rate)
+            _same_specimen(rig, float(found["damping"].frequency))
         critical = 2.0 * np.sqrt(rig["structure.stiffness"] * rig["structure.mass"])
         rig = rig.replace({"structure.damping": float(found["damping"] * critical)})
     if test is not None:
@@ -217,6 +218,17 @@ def identify(
             found["tuning"] = fine_tune(rig, *signals, traces.sample_rate, band)
         rig = found["tuning"].apply(rig)
     return Identification(rig, **found)
+
+
+def _same_specimen(rig: Rig, frequency: float) -> None:
+    """Refuse a vibration of another specimen: the rig's critical damping turns the ratio into a damping."""
+    natural = float(np.sqrt(rig["structure.stiffness"] / rig["structure.mass"]) / (2.0 * np.pi))
+    if not 0.8 <= frequency / natural <= 1.25:
+        raise ValueError(
+            f"displacement = free vibration at {frequency:.3g} Hz: must be 0.8 to 1.25 times the "
+            f"{natural:.3g} Hz of structure.stiffness and structure.mass: check both, the times, and "
+            "that the actuator lets the specimen move freely"
+        )
 
 
 @contextmanager

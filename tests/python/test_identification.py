@@ -316,6 +316,14 @@ def test_a_rig_is_identified_from_the_files_of_a_laboratory(laboratory):
     assert error[found.flow_curve.measured].max() < 0.01
 
 
+def test_a_vibration_of_another_frequency_is_refused(laboratory):
+    # The critical damping of the configured specimen would turn the ratio into a wrong damping.
+    heavy = RIG.replace({"structure.mass": 4.0 * RIG["structure.mass"]})
+    for rig in (heavy, RIG.replace({"structure.stiffness": 4.0 * RIG["structure.stiffness"]})):
+        with pytest.raises(ValueError, match=r"release\.csv: .* free vibration at 1\.58 Hz: must be"):
+            eft.identify(rig, release=laboratory["release"], released_at=1.0)
+
+
 def test_a_test_in_kip_and_inches_tunes_the_rig(laboratory):
     rig = RIG.replace({"compensation.level": 0.98, "compensation.response_delay": 4e-3})
     found = eft.identify(rig, test=laboratory["test"])
