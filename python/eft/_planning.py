@@ -272,9 +272,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     For a shear building the demands are those of the actuator with the largest ones; the pump's mean flow is
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
-    ``eft check`` runs such a test. The errors of force and displacement are those of the linear model, after
-    a self-calibration, with the noise and the resolution of the sensors. A large opening, friction or a limit
-    makes larger ones.
+    ``eft check`` runs such a test. The errors of force and displacement are those of the linear model in the
+    long run, after a self-calibration, with the noise and the resolution of the sensors and a null bias of
+    the valve that the controller does not know. A large opening, friction or a limit makes larger ones.
 
     Parameters
     ----------

@@ -68,17 +68,35 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     ideal = np.einsum("fij,fj->fi", moved, np.linalg.solve(per_command, asked[..., None])[..., 0])
     motion = np.einsum("fij,fj->fi", moved, asked)
 
-    def size(spectrum: Array) -> Array:
-        return np.asarray(np.linalg.norm(growth * np.fft.irfft(spectrum.T, samples), axis=1))
+    # The constant force of an unknown null adds to both.
+    per_command, moved = (at_rest[0] for at_rest in _responses(model, np.ones(1)))
+    offset = np.real(per_command @ np.full(len(per_command), null_command(rig)))
+    away = np.real(moved @ np.linalg.solve(per_command, offset))
 
-    noise = np.sqrt(samples) * np.transpose(deviations)
+    def size(spectrum: Array, constant: Array | float = 0.0) -> Array:
+        signal = growth * np.fft.irfft(spectrum.T, samples)
+        return np.asarray(np.linalg.norm(signal + np.reshape(constant, (-1, 1)), axis=1))
+
     wanted = np.array([size(asked), size(ideal)])
     wanted[wanted == 0.0] = np.nan  # an actuator without a command
-    noise /= wanted
-    errors = np.hypot(np.array([size(applied - asked), size(motion - ideal)]) / wanted, noise)
-    force, displacement = map(float, np.nanmax(errors, axis=1))
+    missed = np.array([size(applied - asked, offset), size(motion - ideal, away)]) / wanted
+    noise = np.sqrt(samples) * np.transpose(deviations) / wanted
+    force, displacement = map(float, np.nanmax(np.hypot(missed, noise), axis=1))
     force_noise, displacement_noise = map(float, np.nanmax(noise, axis=1))
     return Prediction(force, displacement, (force_noise, displacement_noise))
+
+
+def null_command(rig: Rig) -> float:
+    """Force command, N, that acts as the part of the valve's null bias that the controller does not know.
+
+    An integral part removes it, and so does a learned null offset.
+    """
+    learns = rig["compensation.adaptive"] and rig["compensation.curve_correction"]
+    if learns or rig["controller.force_loop"] == "robust" or rig["controller.integral_gain"] > 0.0:
+        return 0.0
+    unknown = rig["servovalve.null_bias"] - rig.plant["servovalve.null_bias"]
+    per_force = rig["controller.proportional_gain"] * rig["controller.force_sensitivity"]
+    return float(unknown / (per_force * rig["compensation.valve_gain"]))
 
 
 def _responses(model: LinearModel, shifts: Array) -> tuple[Array, Array]:
@@ -114,6 +132,13 @@ def of_prediction(rig: Rig, rate: float, errors: Prediction) -> Iterator[Finding
             cause = ", mostly by noise and resolution of its sensors" if 2.0 * noise**2 > error**2 else ""
             sentence = f"{told} by {error:.1%} (rms) at small motion{cause}, more than {allowed:.0%}."
             yield Finding(grade, sentence)
+    if grades and (constant := abs(null_command(rig))):
+        sentence = (
+            f"The true null of the valve is at {rig.plant['servovalve.null_bias']:.2%} of opening, and the "
+            f"controller knows {rig['servovalve.null_bias']:.2%}: this makes a constant force of "
+            f"{1e-3 * constant:.2g} kN. An integral part (controller.integral_gain) removes it."
+        )
+        yield Finding(worst(grades), sentence)
     path = _native.delay_budget(rig, rate)["path"]
     lead = rig["compensation.response_delay"] + rig["compensation.velocity_delay"]
     late = rig["compensation.mode"] != "off" and path > lead + NOTICED

@@ -175,3 +175,25 @@ def test_a_wrong_bias_leaves_the_force_of_its_error() -> None:
     unknown = eft.simulate(eft.Rig.zhao2005().replace({"truth.servovalve.null_bias": 0.01}), SWEEP)
     means = [float((run.force - run.command)[SETTLED].mean()) for run in (wrong, unknown)]
     assert means[0] == pytest.approx(means[1], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"truth.servovalve.null_bias": 0.01},
+        {"servovalve.null_bias": 0.02, "truth.servovalve.null_bias": 0.015},
+        {"truth.servovalve.null_bias": -0.02, "controller.realization": "digital", "actuator.leakage": 5e-11},
+    ],
+    ids=["unknown", "wrong", "leaking"],
+)
+def test_the_check_knows_the_errors_of_an_unknown_bias(changes: dict[str, object]) -> None:
+    rig = eft.Rig.zhao2005().replace({"structure.kind": "linear"} | changes)
+    sweep = eft.sine_sweep(2200.0, 0.0, 10.0, 16.0, 4096.0)
+    check, metrics = eft.check_feasibility(rig, sweep), eft.simulate(rig, sweep).metrics()
+    assert check.force_error == pytest.approx(metrics["nrmse"], rel=0.02)
+    assert check.displacement_error == pytest.approx(metrics["displacement_error"], rel=0.05)
+    assert any("makes a constant force" in reason for reason in check.reasons)
+    # An integral part removes the force in the long run.
+    designed = eft.check_feasibility(rig.replace({"controller.force_loop": "robust"}), sweep)
+    assert designed.force_error is not None and designed.force_error < 0.1
+    assert not any("constant force" in reason for reason in designed.reasons)
