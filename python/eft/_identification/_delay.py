@@ -50,7 +50,8 @@ def identify_delay(
     Raises
     ------
     ValueError
-        If the data do not determine the delay; the message says why.
+        If the data do not determine the delay, or the response has the sign opposite to the command; the
+        message says why.
 
     Examples
     --------

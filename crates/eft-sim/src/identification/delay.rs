@@ -11,6 +11,8 @@ use crate::fourier::{Complex64, spectrum};
 const EXCITED: f64 = 1e-4;
 /// Least number of excited bins for a line.
 const LEAST_BINS: usize = 8;
+/// Cosine beyond which a phase at zero frequency is that of a wrong sign. A band far above zero leaves the phase uncertain.
+const LEAST_ALIKE: f64 = 0.5;
 /// Coherence below which phases count as random.
 const LEAST_COHERENCE: f64 = 0.6;
 
@@ -38,7 +40,7 @@ pub struct DelayEstimate {
 ///
 /// # Errors
 /// Unequal or too short signals, a band outside 0 to half the rate, more gaps than samples, a command that does not
-/// excite the band, or a response that does not follow it.
+/// excite the band, or a response that does not follow it or has the opposite sign.
 pub fn identify_delay(
     command: &[f64],
     response: &[f64],
@@ -105,6 +107,17 @@ fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayE
     }
     let delay = coarse - slope / TAU;
     let intercept = phase_mean - slope * frequency_mean - level.arg();
+    if intercept.cos() < -LEAST_ALIKE {
+        let found = format!(
+            "the opposite of the command: {:.0}° at zero frequency",
+            intercept.cos().acos().to_degrees()
+        );
+        return Err(Error::value(
+            "response",
+            found,
+            "must have the sign of the command: check the wiring of both",
+        ));
+    }
     Ok(DelayEstimate {
         delay,
         uncertainty: (variance / spread).sqrt() / TAU,
@@ -220,6 +233,12 @@ mod tests {
         assert!(text(&[1.0; 32_000], &y, BAND).starts_with("command = "));
         assert!(text(&x, &[1.0; 32_000], BAND).starts_with("response = "));
         assert!(text(&x, &[f64::NAN; 32_000], BAND).contains("0 of 32000 samples outside gaps"));
+        let opposite: Vec<f64> = y.iter().map(|y| 2.0 - 0.3 * y).collect();
+        let text_of = text(&x, &opposite, BAND);
+        assert!(
+            text_of.contains("180° at zero frequency") && text_of.contains("check the wiring"),
+            "{text_of}"
+        );
         let other = sine_sweep(1.0, 8.0, 0.3, 32.0, RATE).unwrap().values;
         assert!(text(&x, &other, BAND).contains("must follow the command"));
     }
