@@ -43,6 +43,19 @@ def test_friction_oil_flow_and_latency_are_found_behind_noise(friction: float) -
     assert found.velocity_delay == pytest.approx(1.0 / RATE, abs=1e-4)
 
 
+# Near the natural frequency a large sweep is a hundred times as fast as elsewhere.
+@pytest.mark.parametrize(("force", "duration"), [(4000.0, 32.0), (8900.0, 32.0), (8900.0, 8.0)])
+@pytest.mark.parametrize("bias", [0.0, 0.03])
+def test_friction_is_found_in_large_sweeps_about_a_known_null(
+    force: float, duration: float, bias: float
+) -> None:
+    rig = RIG.replace({"servovalve.null_bias": bias, "compensation.feedforward": True})
+    sweep = eft.sine_sweep(force, 0.5, 10.0, duration=duration, sample_rate=4096.0)
+    run = eft.simulate(rig.replace({"truth.actuator.friction": 400.0}), sweep)
+    found = eft.identification.identify_friction(rig, run.spool, run.velocity, run.force, 4096.0)
+    assert found.friction == pytest.approx(400.0, rel=0.02)
+
+
 # Only the fast sweep shows the delay of the force.
 @pytest.mark.parametrize(("sweep", "unknowns"), [(SWEEP, 5), (FAST_SWEEP, 6)])
 def test_the_fit_is_numpys(sweep: eft.Command, unknowns: int) -> None:
@@ -57,7 +70,14 @@ def test_the_fit_is_numpys(sweep: eft.Command, unknowns: int) -> None:
     slow = np.fft.irfft(
         np.where((frequency > 0.0) & (frequency <= 40.0), np.fft.rfft(velocity), 0.0), spool.size
     )
-    sign = np.clip(slow / (0.06 * np.sqrt(np.mean(slow**2))), -1.0, 1.0)
+    power = abs(np.fft.rfft(velocity)) ** 2
+    quiet = power[(frequency > 60.0) & (frequency <= 100.0)].mean()
+    noise = 2.0 * quiet * np.sum((frequency > 0.0) & (frequency <= 40.0)) / spool.size**2
+    near, sums, place = int(0.25 * RATE), np.r_[0.0, np.cumsum(slow**2)], np.arange(spool.size)
+    first, end = np.maximum(place - near, 0), np.minimum(place + near, spool.size)
+    square = (sums[end] - sums[first]) / (end - first)
+    smooth = 0.02**2 * square + 2.0**2 * noise + RIG["actuator.friction_velocity"] ** 2
+    sign = slow / np.sqrt(slow**2 + smooth)
     rate = 2j * np.pi * frequency
     columns = [
         np.fft.rfft(np.where(spool < 0.0, flow, 0.0)),

@@ -18,8 +18,10 @@ use crate::plant::LoadFlow;
 
 /// Least duration (s).
 const LEAST_DURATION: f64 = 4.0;
-/// Width of the smooth sign of the velocity, as a share of its rms.
-pub(super) const WIDTH: f64 = 0.06;
+/// Width of the smooth sign of the velocity, as a share of its rms within [`NEAR`] s and in deviations of its noise.
+const WIDTH: (f64, f64) = (0.02, 2.0);
+/// A sweep is much larger near the natural frequency than elsewhere, so the rms is that of a short time (s).
+const NEAR: f64 = 0.25;
 /// Frequency (Hz) above which the velocity's noise hides its sign.
 const SIGN_CORNER: f64 = 40.0;
 /// Flows of the two directions over those of the configuration. Beyond them a unit or a sign is wrong.
@@ -91,14 +93,16 @@ impl FlowBalance {
         let (area, supply) = (rig.actuator.piston_area, rig.supply.pressure);
         let valve = LoadFlow::<f64>::pack(&|_| rig)?;
         let flow = |side: f64| {
-            let passed =
-                |x: &f64, f: &f64| if side * x > 0.0 { valve.flow_at(*x, f / area, supply).0 } else { 0.0 };
+            let passed = |x: &f64, f: &f64| {
+                let opening = x - rig.servovalve.null_bias;
+                if side * opening > 0.0 { valve.flow_at(opening, f / area, supply).0 } else { 0.0 }
+            };
             spectrum(&spool.iter().zip(force).map(|(x, f)| passed(x, f)).collect::<Vec<_>>())
         };
         let (back, forth) = (flow(-1.0)?, flow(1.0)?);
         let width = sample_rate / spool.len() as f64;
         let (motion, force) = (spectrum(velocity)?, spectrum(force)?);
-        let sign = spectrum(&signs(&motion, width, velocity.len())?)?;
+        let sign = spectrum(&signs(&motion, width, velocity.len(), rig.actuator.friction_velocity)?)?;
         let (compliance, leakage) = (rig.actuator.compressibility / area, rig.actuator.leakage / area);
         let (first, last) = ((band.0 / width).ceil() as usize, (band.1 / width).floor() as usize);
         let row = |k: usize| {
@@ -148,14 +152,32 @@ impl FlowBalance {
     }
 }
 
-/// The sign of the velocity without its high frequencies, smooth near its zeros.
-fn signs(motion: &[Complex64], width: f64, length: usize) -> Result<Vec<f64>> {
+/// The sign of the velocity without its high frequencies, smooth near its zeros as the friction of a rig is with the
+/// velocity `least` (m/s).
+fn signs(motion: &[Complex64], width: f64, length: usize, least: f64) -> Result<Vec<f64>> {
+    let bins = |(low, high): (f64, f64)| {
+        let within = move |(k, _): &(usize, &Complex64)| low < *k as f64 * width && *k as f64 * width <= high;
+        motion.iter().enumerate().filter(within).map(|(_, bin)| bin.norm_sqr())
+    };
     let kept = motion
         .iter()
         .enumerate()
         .map(|(k, bin)| if k > 0 && k as f64 * width <= SIGN_CORNER { *bin } else { Complex64::default() });
     let smooth: Vec<f64> = signal_of(kept.collect(), length)?.iter().map(|v| v / length as f64).collect();
-    let rms = (smooth.iter().map(|v| v * v).sum::<f64>() / length as f64).sqrt();
-    let steep = 1.0 / (WIDTH * rms).max(f64::MIN_POSITIVE);
-    Ok(smooth.iter().map(|v| (v * steep).clamp(-1.0, 1.0)).collect())
+    let quiet = bins(NOISE_BAND).sum::<f64>() / bins(NOISE_BAND).count().max(1) as f64;
+    let noise = 2.0 * quiet * bins((0.0, SIGN_CORNER)).count() as f64 / (length as f64).powi(2);
+    let sums = smooth.iter().scan(0.0, |sum, v| {
+        *sum += v * v;
+        Some(*sum)
+    });
+    let sums: Vec<f64> = std::iter::once(0.0).chain(sums).collect();
+    let near = ((NEAR * width * length as f64) as usize).max(1);
+    let sign = |(i, v): (usize, &f64)| {
+        let (first, end) = (i.saturating_sub(near), (i + near).min(length));
+        let square = (sums[end] - sums[first]) / (end - first) as f64;
+        let (of_motion, of_noise) = WIDTH;
+        let steep = of_motion.powi(2) * square + of_noise.powi(2) * noise + least * least;
+        v / (v * v + steep).sqrt().max(f64::MIN_POSITIVE)
+    };
+    Ok(smooth.iter().enumerate().map(sign).collect())
 }

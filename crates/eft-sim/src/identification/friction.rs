@@ -53,7 +53,6 @@ pub fn identify_friction(
 
 #[cfg(test)]
 mod tests {
-    use super::super::flow_balance::WIDTH;
     use super::*;
     use std::f64::consts::TAU;
 
@@ -63,7 +62,12 @@ mod tests {
     fn test(friction: f64, oil: f64) -> (RigConfig, [Vec<f64>; 3]) {
         let table =
             crate::config::FlowCurve { openings: vec![-1.0, 0.0, 1.0], flows: vec![-0.02, 0.0, 0.02] };
-        let rig = RigConfig::zhao2005().with(|rig| rig.servovalve.flow_table = table).unwrap();
+        let rig = RigConfig::zhao2005().with(|rig| {
+            rig.servovalve.flow_table = table;
+            rig.servovalve.null_bias = 0.03;
+            rig.actuator.friction_velocity = 5e-3;
+        });
+        let rig = rig.unwrap();
         let (area, supply) = (rig.actuator.piston_area, rig.supply.pressure);
         let mut signals = [const { Vec::new() }; 3];
         for i in 0..8192 {
@@ -75,13 +79,15 @@ mod tests {
                 .map(|(f, phase, a)| (a * wave(*f, *phase).0, a * TAU * f * wave(*f, *phase).1))
                 .fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
             let (f, df) = (4000.0 * wave(1.5, 0.4).0, 4000.0 * TAU * 1.5 * wave(1.5, 0.4).1);
-            // A friction as smooth as the sign of the fit: 6 % of the velocity's rms.
-            let width = WIDTH * (0.5_f64 * (0.1 * 0.1 + 0.05 * 0.05 + 0.02 * 0.02)).sqrt();
-            let rubbed = if v.abs() < width { friction * dv / width } else { 0.0 };
+            // The plant's friction, with a velocity that the samples resolve.
+            let width = rig.actuator.friction_velocity;
+            let rubbed = friction * dv * width.powi(2) / v.hypot(width).powi(3);
             let compliance = rig.actuator.compressibility / area;
             let flow = area * v + rig.actuator.leakage / area * f + compliance * (oil * df + rubbed);
             let root = (1.0 - flow.signum() * f / (area * supply)).sqrt();
-            for (signal, value) in signals.iter_mut().zip([flow / root / 0.02, v, f]) {
+            for (signal, value) in
+                signals.iter_mut().zip([flow / root / 0.02 + rig.servovalve.null_bias, v, f])
+            {
                 signal.push(value);
             }
         }
