@@ -83,6 +83,30 @@ def test_flow_curve_of_the_virtual_rig(flow_tests):
     np.testing.assert_allclose(np.diff(table.flows)[last:], slope, rtol=1e-9)
 
 
+def _under_a_falling_supply(pressure):
+    """Flow tests whose supply falls to a share of its pressure, with noise of 0.1 mm."""
+    times, pressures = [0.0, 4.0], [RIG["supply.pressure"], pressure * RIG["supply.pressure"]]
+    rig = RIG.replace({"truth.supply.schedule.times": times, "truth.supply.schedule.pressures": pressures})
+    rng = np.random.default_rng(0)
+    tests = [eft.identification.flow_test(rig, share * STROKE) for share in (0.8, 0.55, 0.35, 0.15)]
+    moved = [test.displacement + 1e-4 * rng.standard_normal(test.displacement.size) for test in tests]
+    return [test.spool for test in tests], moved
+
+
+def test_the_uncertainty_of_a_flow_curve_contains_a_falling_supply():
+    truth = np.array(RIG["servovalve.flow_table"]["flows"])
+    for pressure in (0.97, 0.9):
+        found = eft.identify_flow_curve(*_under_a_falling_supply(pressure), 2048.0, AREA)
+        reached = np.array(found.measured) & (truth != 0.0)
+        missed = ((np.array(found.flows) - truth) / found.uncertainty)[reached]
+        assert np.sqrt(np.mean(missed**2)) < 1.5
+        # The flow at the end differs from that in the middle by half of the change.
+        change = 0.5 * (1.0 - np.sqrt(pressure))
+        assert (found.uncertainty > 0.9 * change * abs(truth))[reached].all()
+    with pytest.raises(ValueError, match=r"flow = -17 % from the first to the last sample: must change by"):
+        eft.identify_flow_curve(*_under_a_falling_supply(0.7), 2048.0, AREA)
+
+
 def test_flow_curve_with_noise_drift_and_gaps(flow_tests):
     rng = np.random.default_rng(2)
     spool = [s + 0.01 * rng.standard_normal(s.size) for s in flow_tests[0]]

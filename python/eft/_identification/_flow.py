@@ -54,13 +54,14 @@ def identify_flow_curve(
     FlowTable
         The curve with the ``uncertainty`` of each flow, and whether its point was ``measured``. The
         uncertainty has the scatter of the data and the error of straight pieces for a bent curve. For
-        extrapolated points it includes the effect of a continued bend.
+        extrapolated points it includes the effect of a continued bend. A change of the flow within the
+        recordings, as under a falling supply, adds to it. A supply that is low throughout does not show.
 
     Raises
     ------
     ValueError
-        If the data do not determine the curve, or a measured flow is more uncertain than it is large; the
-        message says why.
+        If the data do not determine the curve, if a measured flow is more uncertain than it is large, or if
+        the flow changes by more than 10 % within a recording; the message says why.
 
     Examples
     --------
@@ -125,7 +126,8 @@ def identify_flow_gain(
     Raises
     ------
     ValueError
-        If the data do not determine the gain, or it is more uncertain than it is large; the message says why.
+        If the data do not determine the gain, if it is more uncertain than it is large, or if the flow
+        changes by more than 10 % within a recording; the message says why.
 
     Examples
     --------

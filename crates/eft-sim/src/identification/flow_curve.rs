@@ -3,7 +3,7 @@
 //! Without load the piston's motion is the flow: `A·x(t) = A·x(0) + ∫f(x_v)dt`. For a piecewise linear `f`
 //! this is linear in the slopes. Nothing is differentiated, so noise on the displacement is not amplified.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::Estimate;
 use super::gaps::{check, stretches};
@@ -15,6 +15,8 @@ use crate::interruption;
 pub(super) const LEAST_SAMPLES: usize = 20;
 /// Least number of samples of a stretch between gaps. Each stretch has its own offset and drift.
 const LEAST_STRETCH: usize = 100;
+/// Largest change of the flow from the middle to an end of a recording, as a share.
+const LARGEST_CHANGE: f64 = 0.05;
 /// Largest opening that can still be a fraction of the stroke.
 const LARGEST_OPENING: f64 = 1.2;
 
@@ -46,7 +48,8 @@ pub struct FlowCurveEstimate {
 ///
 /// # Errors
 /// No recordings, unequal or too short ones, openings that are not fractions of the stroke, fewer than two
-/// reached points on a side, or a flow that does not rise with the opening.
+/// reached points on a side, a flow that does not rise with the opening, or one that changes by more than 10 % in a
+/// recording.
 pub fn identify_flow_curve(
     recordings: &[Recording<'_>],
     sample_rate: f64,
@@ -157,11 +160,47 @@ pub fn identify_flow_gain(
     fit.slope(cells)
 }
 
+/// Share by which the flow at the end of a recording exceeds that in its middle, from the fitted displacement times the
+/// area and its residuals (m³): least squares on `∫Q·t dt`, `∫Q dt`, 1, `t` and `t²`. Zero within three deviations.
+fn change(fitted: &[f64], rests: &[f64]) -> f64 {
+    let count = rests.len();
+    let time = |i: usize| 2.0 * i as f64 / (count - 1) as f64 - 1.0;
+    let mut changed = 0.0;
+    let rows: Vec<_> = (0..count)
+        .map(|i| {
+            let before = i.saturating_sub(1);
+            changed += 0.5 * (time(i) + time(before)) * (fitted[i] - fitted[before]);
+            SVector::<f64, 5>::from([changed, fitted[i], 1.0, time(i), time(i).powi(2)])
+        })
+        .collect();
+    let normal: SMatrix<f64, 5, 5> = rows.iter().map(|row| row * row.transpose()).sum();
+    let right: SVector<f64, 5> = rows.iter().zip(rests).map(|(row, rest)| row * *rest).sum();
+    // The flows (m³) are small compared with the other columns.
+    let scale = normal.diagonal().map(|d| d.sqrt().recip());
+    let scaled = SMatrix::<f64, 5, 5>::from_fn(|i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let Some(inverse) = scaled.try_inverse() else { return 0.0 };
+    let found = (inverse * right.component_mul(&scale)).component_mul(&scale);
+    let left: Vec<f64> = rows.iter().zip(rests).map(|(row, rest)| rest - row.dot(&found)).collect();
+    let square: f64 = left.iter().map(|v| v * v).sum();
+    let product: f64 = left.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let deviation = (inverse[(0, 0)] * inflation(square, product) * square / count as f64).sqrt() * scale[0];
+    // NaN, of a spool at rest, is no change.
+    if found[0].abs() > 3.0 * deviation { found[0] } else { 0.0 }
+}
+
+/// Factor on a variance by the correlation of the residuals, which reduces the effective number of samples.
+fn inflation(square: f64, product: f64) -> f64 {
+    let correlation = if square > 0.0 { (product / square).clamp(0.0, 0.9999) } else { 0.0 };
+    (1.0 + correlation) / (1.0 - correlation)
+}
+
 struct Fit {
     knots: Vec<f64>,
     /// Slope (m³/s) of each cell; zero without measurements.
     slopes: DVector<f64>,
     covariance: DMatrix<f64>,
+    /// Share by which the flow leaves its mean in the recordings, as when the supply pressure falls (1).
+    change: f64,
     /// Samples within each cell.
     inside: Vec<usize>,
     /// Samples at or beyond each knot, outwards.
@@ -187,6 +226,7 @@ impl Fit {
             knots: knots.to_vec(),
             slopes: DVector::zeros(cells),
             covariance: DMatrix::zeros(cells, cells),
+            change: 0.0,
             inside,
             beyond,
         };
@@ -260,20 +300,22 @@ impl Fit {
         let factor = normal.cholesky().filter(|_| n >= 2).ok_or_else(refused)?;
         let solution = factor.solve(&right);
         let (mut variance, mut product) = (0.0, 0.0);
+        let mut changes = Vec::with_capacity(projected.len());
         for part in &projected {
-            let mut last = 0.0;
-            for (row, flow) in part {
-                let rest = flow - row.dot(&solution);
-                variance += rest * rest;
-                product += rest * last;
-                last = rest;
-            }
+            let fitted: Vec<f64> = part.iter().map(|(row, _)| row.dot(&solution)).collect();
+            let rests: Vec<f64> = part.iter().zip(&fitted).map(|((_, flow), fitted)| flow - fitted).collect();
+            variance += rests.iter().map(|rest| rest * rest).sum::<f64>();
+            product += rests.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
+            changes.push(change(&fitted, &rests));
         }
-        // Correlated residuals reduce the effective number of samples.
-        let correlation = if variance > 0.0 { (product / variance).clamp(0.0, 0.9999) } else { 0.0 };
-        let inflation = (1.0 + correlation) / (1.0 - correlation);
+        self.change = (changes.iter().map(|one| one * one).sum::<f64>() / changes.len() as f64).sqrt();
+        if let Some(change) = changes.iter().find(|one| one.abs() > LARGEST_CHANGE) {
+            let found = format!("{:+.0} % from the first to the last sample", 200.0 * change);
+            let allowed = "must change by at most 10 % in a recording: keep the supply pressure";
+            return Err(Error::value("flow", found, allowed));
+        }
         let free = samples.saturating_sub(n + 2 * stretches.len()).max(1);
-        let covariance = factor.inverse() * (variance / free as f64 * inflation);
+        let covariance = factor.inverse() * (variance / free as f64 * inflation(variance, product));
         for (i, &cell) in used.iter().enumerate() {
             self.slopes[cell] = solution[i];
             for (j, &other) in used.iter().enumerate() {
@@ -291,7 +333,9 @@ impl Fit {
                 "must pass the origin for a flow gain",
             ));
         }
-        let found = Estimate { value: self.slopes[cell], uncertainty: self.covariance[(cell, cell)].sqrt() };
+        let value = self.slopes[cell];
+        let uncertainty = self.covariance[(cell, cell)].sqrt().hypot(self.change * value);
+        let found = Estimate { value, uncertainty };
         check_known("flow_gain", found)?;
         Ok(found)
     }
@@ -315,7 +359,8 @@ impl Fit {
                 }
                 widths[last_cell] += openings[knot] - openings[knot.saturating_add_signed(-side)];
                 flows[knot] = self.slopes.dot(&widths);
-                uncertainty[knot] = (&self.covariance * &widths).dot(&widths).max(0.0).sqrt();
+                let scatter = (&self.covariance * &widths).dot(&widths).max(0.0).sqrt();
+                uncertainty[knot] = scatter.hypot(self.change * flows[knot]);
             }
         }
         check_rise(&openings, &flows)?;
