@@ -11,6 +11,7 @@ mod inverse_dynamics;
 mod map;
 mod margin;
 mod noise;
+mod noise_source;
 mod plant;
 mod sampled;
 mod velocity;

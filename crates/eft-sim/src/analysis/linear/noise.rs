@@ -3,43 +3,10 @@
 use nalgebra::DMatrix;
 
 use super::gains::FlowGain;
+use super::noise_source::Source;
 use super::sampled::Ticker;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
-
-/// Sources of white noise of one actuator: the sensors of its controller, and the converter of the valve command.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Source {
-    Force,
-    Velocity,
-    Displacement,
-    Acceleration,
-    Converter,
-}
-
-impl Source {
-    pub(super) const COUNT: usize = 5;
-
-    /// Standard deviation in a rig, in the signal's unit. Rounding to a step counts as noise of `step/√12`.
-    fn deviation(self, rig: &RigConfig) -> f64 {
-        let (sensors, dac) = (&rig.plant().sensors, &rig.plant().dac);
-        let sensor = match self {
-            Self::Force => &sensors.force,
-            Self::Velocity => &sensors.velocity,
-            Self::Displacement => &sensors.displacement,
-            Self::Acceleration => &sensors.acceleration,
-            Self::Converter => return rounding(dac.range, dac.bits),
-        };
-        sensor.noise.hypot(rounding(sensor.range, sensor.bits))
-    }
-}
-
-fn rounding(range: Option<f64>, bits: Option<u32>) -> f64 {
-    match (range, bits) {
-        (Some(range), Some(bits)) => 2.0 * range * 0.5_f64.powi(bits.min(64) as i32) / 12.0_f64.sqrt(),
-        _ => 0.0,
-    }
-}
 
 /// Standard deviations of an actuator's force (N) and displacement (m) about rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,9 +26,7 @@ pub fn noise_deviations(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Re
     let rig = &*rig.at_rate(sample_rate)?;
     let ticker = Ticker::new(rig, gain, sample_rate)?;
     let (a, mut noise) = ticker.noise();
-    let sources =
-        [Source::Force, Source::Velocity, Source::Displacement, Source::Acceleration, Source::Converter];
-    for (column, source) in sources.iter().cycle().take(noise.ncols()).enumerate() {
+    for (column, source) in Source::ALL.iter().cycle().take(noise.ncols()).enumerate() {
         noise.column_mut(column).scale_mut(source.deviation(rig));
     }
     let covariance = stationary(a, &noise * noise.transpose()).ok_or_else(|| {
@@ -112,13 +77,6 @@ mod tests {
             stationary(process(unit), noise).unwrap()[0]
         };
         assert!((found(1e14) / found(1.0) - 1.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_converter_rounds_with_the_deviation_of_a_uniform_error() {
-        // 16 bits over ±10 V.
-        assert!((rounding(Some(10.0), Some(16)) - 20.0 / 65536.0 / 12.0_f64.sqrt()).abs() < 1e-18);
-        assert!(rounding(Some(10.0), None) == 0.0);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use super::chain::{Chain, Signal};
 use super::gains::{FlowGain, Gains};
-use super::noise::Source;
+use super::noise_source::Source;
 use super::plant::{LinearPlant, left_out};
 use super::velocity_signal::VelocitySignal;
 use crate::checks;

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DMatrixView};
 
 use super::chain::{Chain, Signal};
-use super::noise::Source;
+use super::noise_source::Source;
 use super::plant::LinearPlant;
 use crate::config::{RigConfig, Sensor, VelocitySource};
 use crate::design::EstimateStates;

@@ -1,0 +1,51 @@
+//! Sources of noise in the sampled loop, and their sizes.
+
+use crate::config::RigConfig;
+
+/// Sources of white noise of one actuator: the sensors of its controller, and the converter of the valve command.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Source {
+    Force,
+    Velocity,
+    Displacement,
+    Acceleration,
+    Converter,
+}
+
+impl Source {
+    pub(super) const ALL: [Self; 5] =
+        [Self::Force, Self::Velocity, Self::Displacement, Self::Acceleration, Self::Converter];
+    pub(super) const COUNT: usize = Self::ALL.len();
+
+    /// Standard deviation in a rig, in the signal's unit. Rounding to a step counts as noise of `step/√12`.
+    pub(super) fn deviation(self, rig: &RigConfig) -> f64 {
+        let (sensors, dac) = (&rig.plant().sensors, &rig.plant().dac);
+        let sensor = match self {
+            Self::Force => &sensors.force,
+            Self::Velocity => &sensors.velocity,
+            Self::Displacement => &sensors.displacement,
+            Self::Acceleration => &sensors.acceleration,
+            Self::Converter => return rounding(dac.range, dac.bits),
+        };
+        sensor.noise.hypot(rounding(sensor.range, sensor.bits))
+    }
+}
+
+fn rounding(range: Option<f64>, bits: Option<u32>) -> f64 {
+    match (range, bits) {
+        (Some(range), Some(bits)) => 2.0 * range * 0.5_f64.powi(bits.min(64) as i32) / 12.0_f64.sqrt(),
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_converter_rounds_with_the_deviation_of_a_uniform_error() {
+        // 16 bits over ±10 V.
+        assert!((rounding(Some(10.0), Some(16)) - 20.0 / 65536.0 / 12.0_f64.sqrt()).abs() < 1e-18);
+        assert!(rounding(Some(10.0), None) == 0.0);
+    }
+}
