@@ -92,7 +92,8 @@ def null_command(rig: Rig) -> float:
     An integral part removes it, and so does a learned null offset.
     """
     learns = rig["compensation.adaptive"] and rig["compensation.curve_correction"]
-    if learns or rig["controller.force_loop"] == "robust" or rig["controller.integral_gain"] > 0.0:
+    integrates = rig["controller.realization"] == "digital" and rig["controller.integral_gain"] > 0.0
+    if learns or integrates or rig["controller.force_loop"] == "robust":
         return 0.0
     unknown = rig["servovalve.null_bias"] - rig.plant["servovalve.null_bias"]
     per_force = rig["controller.proportional_gain"] * rig["controller.force_sensitivity"]
@@ -136,7 +137,8 @@ def of_prediction(rig: Rig, rate: float, errors: Prediction) -> Iterator[Finding
         sentence = (
             f"The true null of the valve is at {rig.plant['servovalve.null_bias']:.2%} of opening, and the "
             f"controller knows {rig['servovalve.null_bias']:.2%}: this makes a constant force of "
-            f"{1e-3 * constant:.2g} kN. An integral part (controller.integral_gain) removes it."
+            f"{1e-3 * constant:.2g} kN. An integral part (controller.integral_gain) of a digital "
+            f"force loop removes it."
         )
         yield Finding(worst(grades), sentence)
     path = _native.delay_budget(rig, rate)["path"]

@@ -181,10 +181,12 @@ def test_a_wrong_bias_leaves_the_force_of_its_error() -> None:
     "changes",
     [
         {"truth.servovalve.null_bias": 0.01},
+        # An analog force loop has no integral part.
+        {"truth.servovalve.null_bias": 0.01, "controller.integral_gain": 20.0},
         {"servovalve.null_bias": 0.02, "truth.servovalve.null_bias": 0.015},
         {"truth.servovalve.null_bias": -0.02, "controller.realization": "digital", "actuator.leakage": 5e-11},
     ],
-    ids=["unknown", "wrong", "leaking"],
+    ids=["unknown", "analog", "wrong", "leaking"],
 )
 def test_the_check_knows_the_errors_of_an_unknown_bias(changes: dict[str, object]) -> None:
     rig = eft.Rig.zhao2005().replace({"structure.kind": "linear"} | changes)
