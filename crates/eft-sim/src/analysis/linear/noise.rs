@@ -59,6 +59,7 @@ fn stationary(mut a: DMatrix<f64>, mut covariance: DMatrix<f64>) -> Option<DMatr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::Realization;
 
     #[test]
     fn a_first_order_process_has_the_variance_of_the_geometric_series() {
@@ -77,6 +78,18 @@ mod tests {
             stationary(process(unit), noise).unwrap()[0]
         };
         assert!((found(1e14) / found(1.0) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_analog_force_loop_does_not_see_the_resolution_of_the_force() {
+        let of = |realization| {
+            let rig = RigConfig::zhao2005().with(|rig| {
+                rig.controller.realization = realization;
+                (rig.sensors.force.range, rig.sensors.force.bits) = (Some(245e3), Some(8));
+            });
+            noise_deviations(&rig.unwrap(), FlowGain::Nominal, 4096.0).unwrap()[0].force
+        };
+        assert!(of(Realization::Analog) == 0.0 && of(Realization::Digital) > 100.0);
     }
 
     #[test]

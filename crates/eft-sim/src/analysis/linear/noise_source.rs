@@ -6,6 +6,8 @@ use crate::config::RigConfig;
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Source {
     Force,
+    /// Rounding of the force, which an analog force loop does not see.
+    ForceResolution,
     Velocity,
     Displacement,
     Acceleration,
@@ -13,15 +15,22 @@ pub(super) enum Source {
 }
 
 impl Source {
-    pub(super) const ALL: [Self; 5] =
-        [Self::Force, Self::Velocity, Self::Displacement, Self::Acceleration, Self::Converter];
+    pub(super) const ALL: [Self; 6] = [
+        Self::Force,
+        Self::ForceResolution,
+        Self::Velocity,
+        Self::Displacement,
+        Self::Acceleration,
+        Self::Converter,
+    ];
     pub(super) const COUNT: usize = Self::ALL.len();
 
     /// Standard deviation in a rig, in the signal's unit. Rounding to a step counts as noise of `step/√12`.
     pub(super) fn deviation(self, rig: &RigConfig) -> f64 {
         let (sensors, dac) = (&rig.plant().sensors, &rig.plant().dac);
         let sensor = match self {
-            Self::Force => &sensors.force,
+            Self::Force => return sensors.force.noise,
+            Self::ForceResolution => return rounding(sensors.force.range, sensors.force.bits),
             Self::Velocity => &sensors.velocity,
             Self::Displacement => &sensors.displacement,
             Self::Acceleration => &sensors.acceleration,

@@ -192,7 +192,8 @@ impl<'a> Ticker<'a> {
             let (command, next_command) = (commands.row(i), next_commands.row(i));
             let noise = noise.rows(Source::COUNT * i, Source::COUNT);
             let of = |source: Source| noise.row(source as usize);
-            let force = side.force.pass(state, &mut next, self.plant.shown(i) * plant) + of(Source::Force);
+            let measured = of(Source::Force) + of(Source::ForceResolution);
+            let force = side.force.pass(state, &mut next, self.plant.shown(i) * plant) + measured;
             let velocity = side.velocity.pass(&self.plant, i, state, &mut next, &force, &noise);
             let computed = self.compensation(side.at, state, &mut next, &velocity, &command.into_owned());
             let mut compensation = side.computation.pass(state, &mut next, computed);
