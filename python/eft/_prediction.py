@@ -47,7 +47,7 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
         return None
     try:
         judged = learned(rig, rate) if learns else rig
-        model = _native.linearize(judged, sampled=True, sample_rate=rate)
+        model = _native.linearize(judged, sampled=True, sample_rate=rate, flow_gain="mean")
         if not model.stable:
             return None
         deviations = _native.noise_deviations(judged, rate)

@@ -158,6 +158,23 @@ def test_with_self_calibration_the_predicted_errors_are_those_after_it(source, l
     assert found.displacement_error == pytest.approx(metrics.displacement_error, abs=0.025)
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        # It divides by its own gain, and so compensates for 1.6 % too much.
+        {"compensation.mode": "linear"},
+        # The nonlinear scheme does not use it.
+        {"compensation.flow_gain": 0.014},
+    ],
+)
+def test_predicted_errors_are_those_of_the_valves_own_slope(changes):
+    rig = RIG.replace({"structure.kind": "linear"} | changes)
+    command = eft.sine_sweep(50.0, 0.0, 10.0, 32.0, 4096.0)
+    found, metrics = eft.check_feasibility(rig, command), eft.simulate(rig, command).metrics()
+    assert found.force_error == pytest.approx(metrics.nrmse, rel=0.04)
+    assert found.displacement_error == pytest.approx(metrics.displacement_error, rel=0.01)
+
+
 NOISE = {
     "sensors.force.noise": 18.0,
     "sensors.velocity.noise": 5e-4,
