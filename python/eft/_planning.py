@@ -310,7 +310,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     demands = tuple(Demand(**demand) for demand in found.pop("demands"))
     reasons = tuple(one.sentence for one in findings)
     grade = worst(one.grade for one in findings)
-    force, displacement = (None, None) if errors is None else errors[:2]
+    force, displacement = (None, None) if errors is None else errors.whole
     return Feasibility(grade, reasons, demands, **found, force_error=force, displacement_error=displacement)
 
 

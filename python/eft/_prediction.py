@@ -25,14 +25,16 @@ NOTICED = 5e-4
 
 
 class Prediction(NamedTuple):
-    """Errors at small motion, rms over rms, of the actuator with the largest."""
+    """Errors of force and displacement at small motion, rms over rms, of the actuator with the largest."""
 
-    force: float
-    """Of the force against the command."""
-    displacement: float
-    """Of the displacement against the ideal one."""
+    whole: tuple[float, float]
+    """Of the force against the command, and of the displacement against the ideal one."""
     noise: tuple[float, float]
     """The part of each that noise of the sensors and resolution of the converters cause."""
+    null: tuple[float, float]
+    """The part of each that a null of the valve causes where the controller does not expect it."""
+    constant: float
+    """Constant force, N, of that null."""
 
 
 def predicted(rig: Rig, command: Command) -> Prediction | None:
@@ -68,10 +70,13 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     ideal = np.einsum("fij,fj->fi", moved, np.linalg.solve(per_command, asked[..., None])[..., 0])
     motion = np.einsum("fij,fj->fi", moved, asked)
 
-    # The constant force of an unknown null adds to both.
-    per_command, moved = (at_rest[0] for at_rest in _responses(model, np.ones(1)))
-    offset = np.real(per_command @ np.full(len(per_command), null_command(rig)))
-    away = np.real(moved @ np.linalg.solve(per_command, offset))
+    # The constant force of an unknown null adds to both. It acts as a command without feedforward.
+    rests = judged.replace({"compensation.feedforward": False})
+    model = _native.linearize(rests, sampled=True, sample_rate=rate, flow_gain="mean")
+    known, true = null_commands(rig)
+    per_volt = 1.0 / (rig["controller.proportional_gain"] * rig["controller.force_sensitivity"])
+    unknown = np.full(len(values), (known - true) * per_volt)
+    offset, away = (np.real(at_rest[0] @ unknown) for at_rest in _responses(model, np.ones(1)))
 
     def size(spectrum: Array, constant: Array | float = 0.0) -> Array:
         signal = growth * np.fft.irfft(spectrum.T, samples)
@@ -81,23 +86,29 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     wanted[wanted == 0.0] = np.nan  # an actuator without a command
     missed = np.array([size(applied - asked, offset), size(motion - ideal, away)]) / wanted
     noise = np.sqrt(samples) * np.transpose(deviations) / wanted
-    force, displacement = map(float, np.nanmax(np.hypot(missed, noise), axis=1))
-    force_noise, displacement_noise = map(float, np.nanmax(noise, axis=1))
-    return Prediction(force, displacement, (force_noise, displacement_noise))
+    null = np.sqrt(samples) * np.abs([offset, away]) / wanted
+
+    def largest(error: Array) -> tuple[float, float]:
+        force, displacement = np.nanmax(error, axis=1)
+        return float(force), float(displacement)
+
+    whole = largest(np.hypot(missed, noise))
+    return Prediction(whole, largest(noise), largest(null), float(abs(offset).max()))
 
 
-def null_command(rig: Rig) -> float:
-    """Force command, N, that acts as the part of the valve's null bias that the controller does not know.
+def null_commands(rig: Rig) -> tuple[float, float]:
+    """Valve commands, V, for the null that the controller knows and for the true one.
 
-    An integral part removes it, and so does a learned null offset.
+    Both are zero if the difference makes no constant force: an integral part removes it, and so does a
+    learned null offset.
     """
     learns = rig["compensation.adaptive"] and rig["compensation.curve_correction"]
     integrates = rig["controller.realization"] == "digital" and rig["controller.integral_gain"] > 0.0
     if learns or integrates or rig["controller.force_loop"] == "robust":
-        return 0.0
-    unknown = rig["servovalve.null_bias"] - rig.plant["servovalve.null_bias"]
-    per_force = rig["controller.proportional_gain"] * rig["controller.force_sensitivity"]
-    return float(unknown / (per_force * rig["compensation.valve_gain"]))
+        return 0.0, 0.0
+    valve = rig.plant["servovalve"]
+    per_opening = valve["spool_sensitivity"] * valve["spool_stroke"]
+    return rig["servovalve.null_bias"] / rig["compensation.valve_gain"], valve["null_bias"] * per_opening
 
 
 def _responses(model: LinearModel, shifts: Array) -> tuple[Array, Array]:
@@ -117,28 +128,25 @@ def _responses(model: LinearModel, shifts: Array) -> tuple[Array, Array]:
 def of_prediction(rig: Rig, rate: float, errors: Prediction) -> Iterator[Finding]:
     """A finding for each predicted error beyond a limit, and their cause."""
     grades: list[Grade] = []
-    force_noise, displacement_noise = errors.noise
-    for name, told, error, noise in (
-        (
-            "displacement_error",
-            "The displacement will miss the ideal one",
-            errors.displacement,
-            displacement_noise,
-        ),
-        ("force_error", "The force will miss the command", errors.force, force_noise),
+    off_null = False
+    for which, name, told in (
+        (1, "displacement_error", "The displacement will miss the ideal one"),
+        (0, "force_error", "The force will miss the command"),
     ):
+        error, noise, null = errors.whole[which], errors.noise[which], errors.null[which]
         if (grade := above(rig, name, error)) is not None:
             grades.append(grade)
+            off_null |= 2.0 * null**2 > error**2
             allowed = rig[f"verdict.{grade}.{name}"]
             cause = ", mostly by noise and resolution of its sensors" if 2.0 * noise**2 > error**2 else ""
             sentence = f"{told} by {error:.1%} (rms) at small motion{cause}, more than {allowed:.0%}."
             yield Finding(grade, sentence)
-    if grades and (constant := abs(null_command(rig))):
+    if off_null:
+        known, true = null_commands(rig)
         sentence = (
-            f"The true null of the valve is at {rig.plant['servovalve.null_bias']:.2%} of opening, and the "
-            f"controller knows {rig['servovalve.null_bias']:.2%}: this makes a constant force of "
-            f"{1e-3 * constant:.2g} kN. An integral part (controller.integral_gain) of a digital "
-            f"force loop removes it."
+            f"The valve is at its true null with a command of {true:.2g} V, and the controller gives "
+            f"{known:.2g} V: this makes a constant force of {1e-3 * errors.constant:.2g} kN. An integral "
+            f"part (controller.integral_gain) of a digital force loop removes it."
         )
         yield Finding(worst(grades), sentence)
     path = _native.delay_budget(rig, rate)["path"]

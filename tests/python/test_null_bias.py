@@ -185,8 +185,13 @@ def test_a_wrong_bias_leaves_the_force_of_its_error() -> None:
         {"truth.servovalve.null_bias": 0.01, "controller.integral_gain": 20.0},
         {"servovalve.null_bias": 0.02, "truth.servovalve.null_bias": 0.015},
         {"truth.servovalve.null_bias": -0.02, "controller.realization": "digital", "actuator.leakage": 5e-11},
+        # The flow of a leakage is supplied for the command only.
+        {"truth.servovalve.null_bias": 0.01, "actuator.leakage": 5e-11, "compensation.feedforward": True},
+        # The command of a known null has the valve's gain.
+        {"servovalve.null_bias": 0.05, "compensation.valve_gain": 0.11},
+        {"truth.servovalve.null_bias": 0.01, "truth.servovalve.spool_sensitivity": 3800.0},
     ],
-    ids=["unknown", "analog", "wrong", "leaking"],
+    ids=["unknown", "analog", "wrong", "leaking", "supplied", "gain", "sensitivity"],
 )
 def test_the_check_knows_the_errors_of_an_unknown_bias(changes: dict[str, object]) -> None:
     rig = eft.Rig.zhao2005().replace({"structure.kind": "linear"} | changes)
