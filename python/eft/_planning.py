@@ -274,7 +274,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
     ``eft check`` runs such a test. The errors of force and displacement are those of the linear model in the
     long run, after a self-calibration, with the noise and the resolution of the sensors and a null bias of
-    the valve that the controller does not know. A large opening, friction or a limit makes larger ones.
+    the valve that the controller does not know. Resolution counts as white noise of the rounding. A large
+    opening, friction, a limit, or a signal that stays within one step for many samples makes larger ones.
 
     Parameters
     ----------
