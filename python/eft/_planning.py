@@ -109,6 +109,9 @@ class Feasibility(Result):
     guard alone, with self-calibration in a building, or without a stable linear model."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
+    left_out: tuple[str, ...]
+    """Keys of the rig with an effect that the predicted errors do not contain, such as an overlap. A test on
+    the virtual rig shows it."""
 
 
 class InverseDynamics(NamedTuple):
@@ -312,7 +315,15 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     reasons = tuple(one.sentence for one in findings)
     grade = worst(one.grade for one in findings)
     force, displacement = (None, None) if errors is None else errors.whole
-    return Feasibility(grade, reasons, demands, **found, force_error=force, displacement_error=displacement)
+    return Feasibility(
+        grade,
+        reasons,
+        demands,
+        **found,
+        force_error=force,
+        displacement_error=displacement,
+        left_out=() if errors is None else errors.left_out,
+    )
 
 
 _SCHEMES = ("off", "linear", "nonlinear")

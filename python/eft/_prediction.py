@@ -35,6 +35,8 @@ class Prediction(NamedTuple):
     """The part of each that a null of the valve causes where the controller does not expect it."""
     constant: float
     """Constant force, N, of that null."""
+    left_out: tuple[str, ...]
+    """Keys of the rig whose effect is not contained."""
 
 
 def predicted(rig: Rig, command: Command) -> Prediction | None:
@@ -93,7 +95,8 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
         return float(force), float(displacement)
 
     whole = largest(np.hypot(missed, noise))
-    return Prediction(whole, largest(noise), largest(null), float(abs(offset).max()))
+    left_out = tuple(key for key in model.left_out if key != "servovalve.null_bias")
+    return Prediction(whole, largest(noise), largest(null), float(abs(offset).max()), left_out)
 
 
 def null_commands(rig: Rig) -> tuple[float, float]:

@@ -224,6 +224,24 @@ def test_a_building_has_the_noise_of_each_of_its_actuators():
     assert found.force_error == pytest.approx(np.nanmax(metrics.nrmse), rel=0.1)
 
 
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("truth.servovalve.overlap", 0.01),
+        ("actuator.friction", 2000.0),
+        ("truth.sensors.force.bias", 500.0),
+        ("truth.sensors.velocity.bias", 0.01),
+    ],
+)
+def test_the_check_names_what_its_errors_do_not_contain(key, value):
+    command = eft.sine_sweep(2200.0, 0.0, 10.0, 16.0, 4096.0)
+    rig = RIG.replace({key: value})
+    found = eft.check_feasibility(rig, command)
+    assert found.left_out == (key.removeprefix("truth."),)
+    assert eft.check_feasibility(RIG, command).left_out == ()
+    assert eft.simulate(rig, command).metrics().nrmse > 2.0 * found.force_error
+
+
 LOW_SUPPLY = {"truth.supply.schedule.times": [0.0], "truth.supply.schedule.pressures": [1.6e7]}
 
 

@@ -40,8 +40,8 @@ def delay(target: ArrayLike, measured: ArrayLike, sample_rate: float, *, lags: i
     """Compute J1: the lag at which the measured signal correlates best with its target.
 
     The correlation is Pearson's, of the parts that overlap. A signal that leads has a delay of 0, and the
-    answer is a whole number of samples. It is wrong if the true delay is
-    beyond the lags. `eft.identify_delay` resolves fractions of a sample.
+    answer is a whole number of samples. It is wrong if the true delay is beyond the lags.
+    `eft.identify_delay` resolves fractions of a sample.
 
     Parameters
     ----------

@@ -199,6 +199,8 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
         (valve.null_bias != 0.0, "servovalve.null_bias"),
         (valve.leakage.constant > 0.0, "servovalve.leakage.constant"),
         (plant.actuator.friction > 0.0, "actuator.friction"),
+        (plant.sensors.force.bias != 0.0, "sensors.force.bias"),
+        (plant.sensors.velocity.bias != 0.0, "sensors.velocity.bias"),
         (steep && !building, "structure.power_damper"),
         (rig.controller.force_delay > 0.0, "controller.force_delay"),
         (compensation.adaptive, "compensation.adaptive"),

@@ -32,10 +32,6 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
     checks::sample_rate("sample_rate", sample_rate)?;
     let ticker = Ticker::new(rig, gain, sample_rate)?;
     let (states, inputs) = (ticker.names.len(), ticker.plant.actuators);
-    if states > MOST_STATES {
-        let allowed = format!("must be at most {MOST_STATES}: fewer samples of delay, or fewer stories");
-        return Err(Error::value("states of the linear model", states, allowed));
-    }
     let (next, signals) = ticker.cases();
     let a = next.columns(0, states).into_owned();
     let (now, ahead) = (next.columns(states, inputs), next.columns(states + inputs, inputs));
@@ -133,6 +129,10 @@ impl<'a> Ticker<'a> {
                 names.extend(chain.iter().map(|name| plant.name(name, actuator)));
             }
             digital.push(DigitalSide { at, velocity, force, computation, converter });
+        }
+        if names.len() > MOST_STATES {
+            let allowed = format!("must be at most {MOST_STATES}: fewer samples of delay, or fewer stories");
+            return Err(Error::value("states of the linear model", names.len(), allowed));
         }
         Ok(Self {
             carried: step.view((0, 0), (states, states)).into_owned(),
