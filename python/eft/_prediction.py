@@ -95,8 +95,12 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
         return float(force), float(displacement)
 
     whole = largest(np.hypot(missed, noise))
-    left_out = tuple(key for key in model.left_out if key != "servovalve.null_bias")
-    return Prediction(whole, largest(noise), largest(null), float(abs(offset).max()), left_out)
+    left_out = [key for key in model.left_out if key != "servovalve.null_bias"]
+    overlap = rig.plant["servovalve.overlap"]
+    if overlap < 0.0 and overlap != rig["servovalve.overlap"]:
+        # The model is that of a motion within an underlap, which the controller does not know.
+        left_out.append("servovalve.overlap")
+    return Prediction(whole, largest(noise), largest(null), float(abs(offset).max()), tuple(left_out))
 
 
 def null_commands(rig: Rig) -> tuple[float, float]:

@@ -242,6 +242,16 @@ def test_the_check_names_what_its_errors_do_not_contain(key, value):
     assert eft.simulate(rig, command).metrics().nrmse > 2.0 * found.force_error
 
 
+def test_the_check_names_an_underlap_that_nobody_told():
+    command = eft.sine_sweep(2200.0, 0.0, 10.0, 16.0, 4096.0)
+    rig = RIG.replace({"controller.force_loop": "robust", "compensation.adaptive": True})
+    under = rig.replace({"truth.servovalve.overlap": -0.002})
+    found = eft.check_feasibility(under, command)
+    assert found.left_out == ("servovalve.overlap",)
+    assert eft.simulate(under, command).metrics().nrmse > 2.0 * found.force_error
+    assert eft.check_feasibility(rig.replace({"servovalve.overlap": -0.002}), command).left_out == ()
+
+
 LOW_SUPPLY = {"truth.supply.schedule.times": [0.0], "truth.supply.schedule.pressures": [1.6e7]}
 
 
