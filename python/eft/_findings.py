@@ -11,7 +11,6 @@ from eft import _native
 from eft._display import shown
 from eft._floors import floor_mass
 from eft._force_loop import design_force_loop
-from eft._learned import learned
 from eft._native import Rig, stability_margin
 from eft._status import Status
 
@@ -172,7 +171,7 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
         max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names
     )
     try:
-        judged = learned(rig, rate) if learns else rig
+        judged = _native.learned(rig, rate) if learns else rig
         growth, within = _native.margins_within(judged, rate, level, dead_time, gain, "steeper")
         before = _native.margins_within(rig, rate, 1.0, -1.0, 1.0, "steeper")[0] if learns else growth
     except ValueError:

@@ -33,7 +33,6 @@ __all__ = [
     "effective_force",
     "energy_balance",
     "energy_of_traces",
-    "estimate_delay",
     "export_source",
     "fft_ratio",
     "fine_tune",
@@ -52,12 +51,13 @@ __all__ = [
     "identify_overlap",
     "inverse_dynamics",
     "judge_test",
+    "learned",
     "linearize",
     "margins_within",
     "metric_table",
     "metrics",
-    "noise_deviations",
     "observer_gains",
+    "predicted_errors",
     "processor_in_the_loop",
     "quantity",
     "read_record",
@@ -560,8 +560,6 @@ def stability_map(
     quantity: str,
     flow_gain: str,
 ) -> _Array: ...
-def estimate_delay(rig: Rig, sample_rate: float) -> float: ...
-def noise_deviations(rig: Rig, sample_rate: float) -> list[tuple[float, float]]: ...
 def delay_budget(
     rig: Rig, sample_rate: float | None = None, band: tuple[float, float] = ...
 ) -> dict[str, float]: ...
@@ -641,6 +639,8 @@ def tapered(record: Record, start: float, end: float) -> Record: ...
 def displacement_spectrum(record: Record, periods: ArrayLike, damping: float = 0.05) -> _Array: ...
 def demands(rig: Rig, command: Command) -> list[dict[str, Any]]: ...
 def check_feasibility(rig: Rig, command: Command) -> dict[str, Any]: ...
+def learned(rig: Rig, sample_rate: float) -> Rig: ...
+def predicted_errors(rig: Rig, command: Command) -> dict[str, Any] | None: ...
 
 # Numbers; for a shear building arrays.
 @final

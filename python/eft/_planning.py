@@ -276,8 +276,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
     ``eft check`` runs such a test. The errors of force and displacement are those of the linear model in the
-    long run, after a self-calibration, with the noise and the resolution of the sensors and a null bias of
-    the valve that the controller does not know. Resolution counts as white noise of the rounding. A large
+    long run, after a self-calibration, with noise, resolution and bias of the sensors and a null bias of the
+    valve that the controller does not know. Resolution counts as white noise of the rounding. A large
     opening, friction, a limit, or a signal that stays within one step for many samples makes larger ones.
 
     Parameters
@@ -314,14 +314,13 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     demands = tuple(Demand(**demand) for demand in found.pop("demands"))
     reasons = tuple(one.sentence for one in findings)
     grade = worst(one.grade for one in findings)
-    force, displacement = (None, None) if errors is None else errors.whole
     return Feasibility(
         grade,
         reasons,
         demands,
         **found,
-        force_error=force,
-        displacement_error=displacement,
+        force_error=None if errors is None else errors.force.whole,
+        displacement_error=None if errors is None else errors.displacement.whole,
         left_out=() if errors is None else errors.left_out,
     )
 

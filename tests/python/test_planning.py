@@ -229,8 +229,6 @@ def test_a_building_has_the_noise_of_each_of_its_actuators():
     [
         ("truth.servovalve.overlap", 0.01),
         ("actuator.friction", 2000.0),
-        ("truth.sensors.force.bias", 500.0),
-        ("truth.sensors.velocity.bias", 0.01),
     ],
 )
 def test_the_check_names_what_its_errors_do_not_contain(key, value):
@@ -240,6 +238,41 @@ def test_the_check_names_what_its_errors_do_not_contain(key, value):
     assert found.left_out == (key.removeprefix("truth."),)
     assert eft.check_feasibility(RIG, command).left_out == ()
     assert eft.simulate(rig, command).metrics().nrmse > 2.0 * found.force_error
+
+
+@pytest.mark.parametrize("source", ["sensor", "accelerometer"])
+@pytest.mark.parametrize("adaptive", [False, True])
+@pytest.mark.parametrize("loop", ["pd", "robust"])
+def test_predicted_errors_contain_a_bias_of_each_sensor(source, adaptive, loop):
+    biased = {"force.bias": 300.0, "velocity.bias": -0.002, "acceleration.bias": 0.3}
+    rig = RIG.replace(
+        {
+            "controller.force_loop": loop,
+            "controller.velocity_source": source,
+            "compensation.adaptive": adaptive,
+            "compensation.curve_correction": False,
+        }
+        | {f"truth.sensors.{key}": value for key, value in biased.items()}
+    )
+    command = eft.sine_sweep(2200.0, 0.0, 10.0, 32.0, 4096.0)
+    found, metrics = eft.check_feasibility(rig, command), eft.simulate(rig, command).metrics()
+    assert found.force_error == pytest.approx(metrics.nrmse, rel=0.04)
+    assert found.displacement_error == pytest.approx(metrics.displacement_error, rel=0.08)
+    assert found.force_error > 0.19 and found.left_out == ()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "cause"),
+    [
+        ("sensors.force.bias", 500.0, "The bias of the force sensor makes a constant force of 0.49 kN."),
+        ("sensors.velocity.bias", 0.01, "The bias of the velocity sensor makes a constant force of 1.1 kN."),
+        ("servovalve.null_bias", 0.01, "this makes a constant force of 2.2 kN."),
+    ],
+)
+def test_the_largest_cause_of_a_constant_force_is_a_reason(key, value, cause):
+    command = eft.sine_sweep(2200.0, 0.0, 10.0, 16.0, 4096.0)
+    found = eft.check_feasibility(RIG.replace({f"truth.{key}": value}), command)
+    assert any(cause in reason for reason in found.reasons), found.reasons
 
 
 def test_the_check_names_an_underlap_that_nobody_told():

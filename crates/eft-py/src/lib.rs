@@ -91,8 +91,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(linear::stability_margins, module)?)?;
     module.add_function(wrap_pyfunction!(linear::stability_map, module)?)?;
     module.add_function(wrap_pyfunction!(linear::delay_budget, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::estimate_delay, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::noise_deviations, module)?)?;
     module.add_function(wrap_pyfunction!(linear::inverse_dynamics, module)?)?;
     module.add_function(wrap_pyfunction!(linear::observer_gains, module)?)?;
     module.add_function(wrap_pyfunction!(identification::identify_delay, module)?)?;
@@ -113,6 +111,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(planning::check_feasibility, module)?)?;
     module.add_function(wrap_pyfunction!(planning::demands, module)?)?;
     module.add_function(wrap_pyfunction!(planning::displacement_spectrum, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::learned, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::predicted_errors, module)?)?;
     module.add_function(wrap_pyfunction!(planning::resampled, module)?)?;
     module.add_function(wrap_pyfunction!(planning::scaled, module)?)?;
     module.add_function(wrap_pyfunction!(planning::tapered, module)?)?;

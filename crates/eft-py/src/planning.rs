@@ -2,12 +2,14 @@
 
 use eft_sim::config::Mode;
 use eft_sim::feasibility::{self, Demand};
+use eft_sim::prediction::{self, PredictedError};
 use eft_sim::{preparation, spectra};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::arrays;
+use crate::errors::to_python;
 use crate::excitation::{Command, Record, record};
 use crate::interruption::interruptible;
 use crate::rig::Rig;
@@ -153,4 +155,37 @@ pub(crate) fn check_feasibility<'py>(
     answer.set_item("margin", found.margin)?;
     answer.set_item("smallest_sample_rate", found.smallest_sample_rate)?;
     Ok(answer)
+}
+
+/// Return the true rig as self-calibration at a sample rate (Hz) will have tuned it.
+#[pyfunction]
+pub(crate) fn learned(rig: &Rig, sample_rate: f64) -> PyResult<Rig> {
+    Ok(Rig { config: eft_sim::learned(&rig.config, sample_rate).map_err(to_python)? })
+}
+
+/// Return the errors of a test at small motion as the linear model predicts them, or `None` if it cannot.
+///
+/// Returns
+/// -------
+/// dict or None
+///     ``force`` and ``displacement``: the whole error, and its parts by noise and by constant forces, rms over rms.
+///     ``opening``: root mean square of the spool opening. ``constants``: keys with the constant force in N that each
+///     causes. ``left_out``: keys whose effect is not contained.
+#[pyfunction]
+pub(crate) fn predicted_errors<'py>(
+    py: Python<'py>,
+    rig: &Rig,
+    command: &Command,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let rig = &rig.config;
+    let commands = command.of(rig)?;
+    let Some(found) = interruptible(py, || prediction::predict(rig, commands))? else { return Ok(None) };
+    let parts = |error: PredictedError| (error.whole, error.noise, error.constant);
+    let answer = PyDict::new(py);
+    answer.set_item("force", parts(found.force))?;
+    answer.set_item("displacement", parts(found.displacement))?;
+    answer.set_item("opening", found.opening)?;
+    answer.set_item("constants", found.constants)?;
+    answer.set_item("left_out", found.left_out)?;
+    Ok(Some(answer))
 }

@@ -54,22 +54,6 @@ pub(crate) fn delay_budget<'py>(
     Ok(answer)
 }
 
-/// Return the delay of the controller's own velocity estimate in s, for which its lead network compensates by itself.
-///
-/// It is 0 for a velocity sensor.
-///
-/// Parameters
-/// ----------
-/// rig : Rig
-///     The rig.
-/// sample_rate : float
-///     In Hz.
-#[pyfunction]
-#[pyo3(signature = (rig, sample_rate))]
-pub(crate) fn estimate_delay(rig: &Rig, sample_rate: f64) -> PyResult<f64> {
-    rig.config.velocity_delay(sample_rate).map_err(to_python)
-}
-
 /// Return the steady-state gains of a rig's velocity observer, on displacement (1), velocity (1/s) and drift (1/s²).
 ///
 /// They solve the discrete Riccati equation for the noises in ``controller.observer_...``.

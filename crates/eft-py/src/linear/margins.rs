@@ -77,26 +77,6 @@ pub(crate) fn linearize(
     model.map(|inner| LinearModel { inner }).map_err(to_python)
 }
 
-/// Return the standard deviations of force (N) and displacement (m) about rest that the noise of a rig's sensors and the
-/// resolution of its converters cause in the sampled loop.
-///
-/// Parameters
-/// ----------
-/// rig : Rig
-///     The rig.
-/// sample_rate : float
-///     In Hz.
-///
-/// Returns
-/// -------
-/// list of tuple
-///     One pair for each actuator.
-#[pyfunction]
-pub(crate) fn noise_deviations(rig: &Rig, sample_rate: f64) -> PyResult<Vec<(f64, f64)>> {
-    let found = linear::noise_deviations(&rig.config, FlowGain::Nominal, sample_rate).map_err(to_python)?;
-    Ok(found.into_iter().map(|one| (one.force, one.displacement)).collect())
-}
-
 /// Return the largest stable compensation level of the linear model from `linearize`.
 ///
 /// It is infinite if no level up to 10 is unstable, as without compensation.

@@ -2,12 +2,14 @@
 
 pub(crate) mod matrices;
 mod qr;
+mod responses;
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix};
 
 use self::matrices::eigenvalues;
+pub(crate) use self::responses::Responses;
 use crate::checks;
 use crate::error::{Error, Result};
 

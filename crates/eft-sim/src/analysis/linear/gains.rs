@@ -72,6 +72,16 @@ impl FlowGain {
     }
 }
 
+/// Share (1) of a small motion's flow that a rig's compensation supplies at the start of a test: the level, if the
+/// controller knows valve and supply.
+///
+/// # Errors
+/// A flow curve without a slope at rest; no supply pressure at the start.
+pub(crate) fn compensated_share(rig: &RigConfig) -> Result<f64> {
+    let gains = FlowGain::Mean.gains(rig)?;
+    Ok(gains.flow * gains.opening_per_flow)
+}
+
 /// The ratio of measured and configured supply pressure with which the controller calculates.
 fn measured_supply(rig: &RigConfig, pressure: f64) -> f64 {
     let sensor = &rig.plant().sensors.supply_pressure;
@@ -119,10 +129,7 @@ mod tests {
             ];
             RigConfig::zhao2005().replace(&[&schedule, changes].concat()).unwrap()
         };
-        let passed = |changes: &[(&str, toml::Value)]| {
-            let gains = FlowGain::Mean.gains(&rig(changes)).unwrap();
-            gains.flow * gains.opening_per_flow
-        };
+        let passed = |changes: &[(&str, toml::Value)]| compensated_share(&rig(changes)).unwrap();
         let on = ("compensation.supply_correction", true.into());
         assert!((passed(&[]) - 0.9).abs() < 1e-12);
         assert!((passed(std::slice::from_ref(&on)) - 1.0).abs() < 1e-12);

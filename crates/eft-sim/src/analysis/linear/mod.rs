@@ -3,31 +3,32 @@
 //! There are two models of the same loop. One is in continuous time, as in the paper. The other is exactly
 //! sampled, with the hold, the computation delay and the realization of the force loop of the simulator.
 
+mod about_rest;
 mod chain;
 mod continuous;
 mod delay_budget;
+mod disturbance;
 mod gains;
 mod inverse_dynamics;
 mod map;
 mod margin;
-mod noise;
-mod noise_source;
 mod plant;
 mod sampled;
 mod velocity;
 mod velocity_signal;
 
+pub(crate) use about_rest::{AboutRest, about_rest};
 pub use delay_budget::{DelayBudget, delay_budget};
 pub use gains::FlowGain;
+pub(crate) use gains::compensated_share;
 pub use inverse_dynamics::{lead_response, valve_response};
 pub use map::{MapAxis, MapQuantity, stability_map};
 pub use margin::{Margins, Reach, margins_within, stability_margin, stability_margins};
 pub(crate) use margin::{designed_for, largest_stable_level};
-pub use noise::{NoiseDeviation, noise_deviations};
 
 pub use crate::design::phase_delay;
 pub use crate::state_space::{Mode, StateSpace};
-pub use nalgebra::DMatrix;
+pub use nalgebra::{Complex, DMatrix};
 
 use crate::config::RigConfig;
 use crate::error::Result;

@@ -4,8 +4,8 @@
 use nalgebra::DMatrix;
 
 use super::chain::{Chain, Signal};
+use super::disturbance::Disturbance;
 use super::gains::{FlowGain, Gains};
-use super::noise_source::Source;
 use super::plant::{LinearPlant, left_out};
 use super::velocity_signal::VelocitySignal;
 use crate::checks;
@@ -147,12 +147,12 @@ impl<'a> Ticker<'a> {
         })
     }
 
-    /// The state matrix, and the effect on the states of each actuator's [`Source`]s of noise.
-    pub(super) fn noise(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+    /// The state matrix, and the effect of each actuator's [`Disturbance`]s on the states.
+    pub(super) fn disturbed(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let (states, inputs) = (self.names.len(), self.plant.actuators);
         let next = self.cases().0;
-        let noise = next.columns(states + 2 * inputs, Source::COUNT * inputs).into_owned();
-        (next.columns(0, states).into_owned(), noise)
+        let disturbances = next.columns(states + 2 * inputs, Disturbance::COUNT * inputs).into_owned();
+        (next.columns(0, states).into_owned(), disturbances)
     }
 
     /// The output matrix of the plant's signals and their names.
@@ -164,17 +164,17 @@ impl<'a> Ticker<'a> {
     /// source of noise.
     fn cases(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let (states, inputs) = (self.names.len(), self.plant.actuators);
-        let size = states + (2 + Source::COUNT) * inputs;
+        let size = states + (2 + Disturbance::COUNT) * inputs;
         let cases = DMatrix::identity(size, size);
         let rows = |first: usize, count: usize| cases.rows(first, count).into_owned();
         let commands = rows(states, inputs);
-        let noise = rows(states + 2 * inputs, Source::COUNT * inputs);
+        let noise = rows(states + 2 * inputs, Disturbance::COUNT * inputs);
         self.tick(&rows(0, states), &commands, &rows(states + inputs, inputs), &noise)
     }
 
     /// The states after a tick with the commands (N) at its start and at its end, and within it the compensations
     /// (V) and then the velocities (m/s) that the controllers use. Each column is a case; the noise has a row for each
-    /// [`Source`] of each actuator.
+    /// [`Disturbance`] of each actuator.
     fn tick(
         &self,
         state: &DMatrix<f64>,
@@ -190,19 +190,19 @@ impl<'a> Ticker<'a> {
         let plant = state.rows(0, self.plant.states());
         for (i, side) in self.digital.iter().enumerate() {
             let (command, next_command) = (commands.row(i), next_commands.row(i));
-            let noise = noise.rows(Source::COUNT * i, Source::COUNT);
-            let of = |source: Source| noise.row(source as usize);
-            let measured = of(Source::Force) + of(Source::ForceResolution);
+            let noise = noise.rows(Disturbance::COUNT * i, Disturbance::COUNT);
+            let of = |source: Disturbance| noise.row(source as usize);
+            let measured = of(Disturbance::Force) + of(Disturbance::ForceResolution);
             let force = side.force.pass(state, &mut next, self.plant.shown(i) * plant) + measured;
             let velocity = side.velocity.pass(&self.plant, i, state, &mut next, &force, &noise);
             let computed = self.compensation(side.at, state, &mut next, &velocity, &command.into_owned());
             let mut compensation = side.computation.pass(state, &mut next, computed);
             match control.realization {
                 Realization::Analog => {
-                    compensation += of(Source::Converter);
+                    compensation += of(Disturbance::Converter);
                     compensation = side.converter.pass(state, &mut next, compensation);
                     // The load cell's noise is constant within a sample, as a difference of the command.
-                    signals.set_row(SIGNALS * i, &(command - of(Source::Force)));
+                    signals.set_row(SIGNALS * i, &(command - of(Disturbance::Force)));
                     signals.set_row(SIGNALS * i + 1, &((next_command - command) * self.sample_rate));
                     signals.set_row(SIGNALS * i + 2, &compensation);
                 }
@@ -218,7 +218,7 @@ impl<'a> Ticker<'a> {
                         output += held;
                     }
                     next.set_row(side.at + ERROR, &error);
-                    output += of(Source::Converter);
+                    output += of(Disturbance::Converter);
                     signals.set_row(SIGNALS * i + 2, &side.converter.pass(state, &mut next, output));
                 }
             }

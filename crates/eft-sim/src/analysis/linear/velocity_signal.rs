@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DMatrixView};
 
 use super::chain::{Chain, Signal};
-use super::noise_source::Source;
+use super::disturbance::Disturbance;
 use super::plant::LinearPlant;
 use crate::config::{RigConfig, Sensor, VelocitySource};
 use crate::design::EstimateStates;
@@ -94,7 +94,7 @@ impl VelocitySignal {
         }
     }
 
-    /// The velocity (m/s) of an actuator at a tick, with the measured force (N) and a row for each [`Source`] of noise; the
+    /// The velocity (m/s) of an actuator at a tick, with the measured force (N) and a row for each [`Disturbance`]; the
     /// new states are written to `next`.
     pub(super) fn pass(
         &self,
@@ -109,15 +109,15 @@ impl VelocitySignal {
         match self {
             Self::Sensor(sensor) => {
                 sensor.pass(state, next, plant.velocity(actuator) * true_states)
-                    + noise.row(Source::Velocity as usize)
+                    + noise.row(Disturbance::Velocity as usize)
             }
             Self::Estimate { displacement, acceleration, states, at } => {
                 let moved = displacement.pass(state, next, plant.displacement(actuator) * true_states)
-                    + noise.row(Source::Displacement as usize);
+                    + noise.row(Disturbance::Displacement as usize);
                 let accelerated = match acceleration {
                     Acceleration::Sensor(sensor) => {
                         sensor.pass(state, next, plant.acceleration(actuator) * true_states)
-                            + noise.row(Source::Acceleration as usize)
+                            + noise.row(Disturbance::Acceleration as usize)
                     }
                     Acceleration::Force(mass) => force / *mass,
                 };

@@ -1,10 +1,10 @@
-//! Sources of noise in the sampled loop, and their sizes.
+//! Sources of noise and of constant errors in the sampled loop, and their sizes.
 
-use crate::config::RigConfig;
+use crate::config::{Realization, RigConfig};
 
-/// Sources of white noise of one actuator: the sensors of its controller, and the converter of the valve command.
+/// Sources of error of one actuator: the sensors of its controller, and the converter of the valve command.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Source {
+pub(super) enum Disturbance {
     Force,
     /// Rounding of the force, which an analog force loop does not see.
     ForceResolution,
@@ -14,7 +14,7 @@ pub(super) enum Source {
     Converter,
 }
 
-impl Source {
+impl Disturbance {
     pub(super) const ALL: [Self; 6] = [
         Self::Force,
         Self::ForceResolution,
@@ -37,6 +37,25 @@ impl Source {
             Self::Converter => return rounding(dac.range, dac.bits),
         };
         sensor.noise.hypot(rounding(sensor.range, sensor.bits))
+    }
+
+    /// The key of a constant error and its size, in the signal's unit. `null` is the valve command (V) by which the
+    /// controller misses the valve's null.
+    pub(super) fn constant(self, rig: &RigConfig, null: f64) -> Option<(&'static str, f64)> {
+        let sensors = &rig.plant().sensors;
+        let (key, size) = match self {
+            Self::Force => ("sensors.force.bias", sensors.force.bias),
+            Self::ForceResolution => return None,
+            Self::Velocity => ("sensors.velocity.bias", sensors.velocity.bias),
+            Self::Displacement => ("sensors.displacement.bias", sensors.displacement.bias),
+            Self::Acceleration => ("sensors.acceleration.bias", sensors.acceleration.bias),
+            // An analog force loop amplifies the converter's signal.
+            Self::Converter if rig.controller.realization == Realization::Analog => {
+                ("servovalve.null_bias", null / rig.controller.proportional_gain)
+            }
+            Self::Converter => ("servovalve.null_bias", null),
+        };
+        (size != 0.0).then_some((key, size))
     }
 }
 

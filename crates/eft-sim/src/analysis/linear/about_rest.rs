@@ -1,0 +1,137 @@
+//! Force and displacement about rest that errors of sensors and converters cause: noise, rounding, bias, and a null of
+//! the valve that the controller does not know.
+
+use nalgebra::DMatrix;
+
+use super::disturbance::Disturbance;
+use super::gains::FlowGain;
+use super::sampled::Ticker;
+use crate::config::RigConfig;
+use crate::error::{Error, Result};
+
+/// Force (N) and displacement (m) about rest of each actuator.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct AboutRest {
+    /// Standard deviations by white noise in the sensors and by the rounding of the converters, in a test that is
+    /// long beside the decay of the motion.
+    pub(crate) deviations: Vec<[f64; 2]>,
+    /// Constant parts, each with the key that causes it.
+    pub(crate) constants: Vec<(&'static str, Vec<[f64; 2]>)>,
+}
+
+/// Force and displacement of a rig's sampled loop about rest. `null` is the valve command (V) by which the
+/// controller misses the valve's null.
+///
+/// # Errors
+/// As [`linearize`](super::linearize); an unstable loop.
+pub(crate) fn about_rest(rig: &RigConfig, gain: FlowGain, sample_rate: f64, null: f64) -> Result<AboutRest> {
+    let rig = &*rig.at_rate(sample_rate)?;
+    let ticker = Ticker::new(rig, gain, sample_rate)?;
+    let (a, sources) = ticker.disturbed();
+    let unstable =
+        || Error::value("stability of the linear model", "unstable", "must be stable for a state about rest");
+    let (outputs, names) = ticker.outputs();
+    let rows = |quantity: &str| {
+        let found = names.iter().enumerate().filter(|(_, name)| name.split('_').next() == Some(quantity));
+        found.map(|(row, _)| row).collect::<Vec<_>>()
+    };
+    let actuators: Vec<[usize; 2]> =
+        rows("force").into_iter().zip(rows("displacement")).map(|(force, moved)| [force, moved]).collect();
+
+    let mut noise = sources.clone();
+    for (column, one) in Disturbance::ALL.iter().cycle().take(noise.ncols()).enumerate() {
+        noise.column_mut(column).scale_mut(one.deviation(rig));
+    }
+    let covariance = stationary(a.clone(), &noise * noise.transpose()).ok_or_else(unstable)?;
+    let deviation =
+        |row: usize| (outputs.row(row) * &covariance * outputs.row(row).transpose())[0].max(0.0).sqrt();
+
+    let at_rest = DMatrix::identity(a.nrows(), a.nrows()) - a;
+    let held = &outputs * at_rest.lu().solve(&sources).ok_or_else(unstable)?;
+    let constant = |of: Disturbance| {
+        let (key, size) = of.constant(rig, null)?;
+        let of_all = |row: usize| {
+            let columns = held.row(row);
+            size * columns.iter().skip(of as usize).step_by(Disturbance::COUNT).sum::<f64>()
+        };
+        Some((key, actuators.iter().map(|rows| rows.map(of_all)).collect()))
+    };
+    Ok(AboutRest {
+        deviations: actuators.iter().map(|rows| rows.map(deviation)).collect(),
+        constants: Disturbance::ALL.into_iter().filter_map(constant).collect(),
+    })
+}
+
+/// The solution of `P = A·P·Aᵀ + Q`, by doubling the number of steps; `None` without one.
+fn stationary(mut a: DMatrix<f64>, mut covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    // After 2^60 steps every pole below 1 in double precision has faded.
+    for _ in 0..60 {
+        covariance += &a * &covariance * a.transpose();
+        a = &a * &a;
+        // Every entry has its own unit, so a large one does not show an unstable loop.
+        if a.iter().all(|entry| entry.abs() < 1e-12) {
+            return Some(covariance);
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Realization;
+
+    #[test]
+    fn a_first_order_process_has_the_variance_of_the_geometric_series() {
+        let one = |value: f64| DMatrix::from_element(1, 1, value);
+        let found = stationary(one(0.99), one(3.0)).unwrap()[0];
+        assert!((found - 3.0 / (1.0 - 0.99 * 0.99)).abs() < 1e-9 * found);
+        assert!(stationary(one(1.01), one(3.0)).is_none() && stationary(one(1.0), one(3.0)).is_none());
+    }
+
+    #[test]
+    fn the_units_of_the_states_do_not_matter() {
+        // A coupling of a pressure to a displacement.
+        let process = |unit: f64| DMatrix::from_row_slice(2, 2, &[0.99, 1.0 / unit, -0.01 * unit, 0.9]);
+        let found = |unit: f64| {
+            let noise = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.0]);
+            stationary(process(unit), noise).unwrap()[0]
+        };
+        assert!((found(1e14) / found(1.0) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_analog_force_loop_does_not_see_the_resolution_of_the_force() {
+        let of = |realization| {
+            let rig = RigConfig::zhao2005().with(|rig| {
+                rig.controller.realization = realization;
+                (rig.sensors.force.range, rig.sensors.force.bits) = (Some(245e3), Some(8));
+            });
+            about_rest(&rig.unwrap(), FlowGain::Mean, 4096.0, 0.0).unwrap().deviations[0][0]
+        };
+        assert!(of(Realization::Analog) == 0.0 && of(Realization::Digital) > 100.0);
+    }
+
+    #[test]
+    fn a_bias_of_the_load_cell_is_a_constant_force_and_moves_the_structure_statically() {
+        for realization in [Realization::Analog, Realization::Digital] {
+            let rig = RigConfig::zhao2005().with(|rig| {
+                rig.controller.realization = realization;
+                rig.sensors.force.bias = 300.0;
+            });
+            let rig = rig.unwrap();
+            let found = about_rest(&rig, FlowGain::Mean, 4096.0, 0.0).unwrap().constants;
+            let [("sensors.force.bias", each)] = &found[..] else { panic!("{found:?}") };
+            let stiffness = rig.structure.stiffness;
+            // Without an integral part the leakage keeps 2 % of it.
+            assert!((each[0][0] + 300.0).abs() < 9.0, "{each:?}");
+            assert!((each[0][1] - each[0][0] / stiffness).abs() < 1e-9, "{each:?}");
+        }
+    }
+
+    #[test]
+    fn an_unstable_loop_has_no_state_about_rest() {
+        let rig = RigConfig::zhao2005().with(|rig| rig.compensation.level = 1.2).unwrap();
+        assert!(about_rest(&rig, FlowGain::Mean, 4096.0, 0.0).unwrap_err().to_string().contains("stable"));
+    }
+}
