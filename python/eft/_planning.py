@@ -110,8 +110,8 @@ class Feasibility(Result):
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
     left_out: tuple[str, ...]
-    """Keys of the rig with an effect that the predicted errors do not contain, such as an overlap. A test on
-    the virtual rig shows it."""
+    """Keys of the rig with an effect that the predicted errors do not contain, such as a known overlap, which
+    the controller does not compensate for exactly. A test on the virtual rig shows it."""
 
 
 class InverseDynamics(NamedTuple):
@@ -277,8 +277,10 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
     ``eft check`` runs such a test. The errors of force and displacement are those of the linear model in the
     long run, after a self-calibration, with noise, resolution and bias of the sensors and a null bias of the
-    valve that the controller does not know. Resolution counts as white noise of the rounding. A large
-    opening, friction, a limit, or a signal that stays within one step for many samples makes larger ones.
+    valve that the controller does not know. A lap of the spool and a friction that it does not know count to
+    first order, which can make the displacement's error up to three times too large. Resolution counts as
+    white noise of the rounding. A large opening, a limit, or a signal that stays within one step for many
+    samples makes larger errors.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ use crate::config::{Realization, RigConfig};
 
 /// Sources of error of one actuator: the sensors of its controller, and the converter of the valve command.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Disturbance {
+pub(crate) enum Disturbance {
     Force,
     /// Rounding of the force, which an analog force loop does not see.
     ForceResolution,
@@ -23,7 +23,12 @@ impl Disturbance {
         Self::Acceleration,
         Self::Converter,
     ];
-    pub(super) const COUNT: usize = Self::ALL.len();
+    pub(crate) const COUNT: usize = Self::ALL.len();
+
+    /// Number of an actuator's disturbance among the inputs of a model of some actuators.
+    pub(crate) fn input(self, actuator: usize, actuators: usize) -> usize {
+        actuators + Self::COUNT * actuator + self as usize
+    }
 
     /// Standard deviation in a rig, in the signal's unit. Rounding to a step counts as noise of `step/√12`.
     pub(super) fn deviation(self, rig: &RigConfig) -> f64 {

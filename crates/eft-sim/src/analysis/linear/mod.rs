@@ -19,6 +19,7 @@ mod velocity_signal;
 
 pub(crate) use about_rest::{AboutRest, about_rest};
 pub use delay_budget::{DelayBudget, delay_budget};
+pub(crate) use disturbance::Disturbance;
 pub use gains::FlowGain;
 pub(crate) use gains::compensated_share;
 pub use inverse_dynamics::{lead_response, valve_response};
@@ -54,4 +55,13 @@ pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpa
         Time::Continuous => continuous::continuous(rig, gain),
         Time::Sampled(rate) => sampled::sampled(&*rig.at_rate(rate)?, gain, rate),
     }
+}
+
+/// The sampled loop with the [`Disturbance`]s of each actuator as inputs after the commands.
+///
+/// # Errors
+/// As [`linearize`].
+pub(crate) fn disturbed(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<StateSpace> {
+    interruption::check()?;
+    sampled::disturbed(&*rig.at_rate(sample_rate)?, gain, sample_rate)
 }

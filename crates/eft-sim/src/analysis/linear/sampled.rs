@@ -30,7 +30,26 @@ pub(super) const MOST_STATES: usize = 400;
 /// not have the requested slope.
 pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<StateSpace> {
     checks::sample_rate("sample_rate", sample_rate)?;
+    Ok(model(Ticker::new(rig, gain, sample_rate)?))
+}
+
+/// The same with the [`Disturbance`]s of each actuator as further inputs.
+///
+/// # Errors
+/// As [`sampled`].
+pub(super) fn disturbed(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<StateSpace> {
     let ticker = Ticker::new(rig, gain, sample_rate)?;
+    let (_, columns) = ticker.disturbed();
+    let mut model = model(ticker);
+    let commands = model.b.ncols();
+    model.b = model.b.resize_horizontally(commands + columns.ncols(), 0.0);
+    model.b.columns_mut(commands, columns.ncols()).copy_from(&columns);
+    model.d = model.d.resize_horizontally(commands + columns.ncols(), 0.0);
+    Ok(model)
+}
+
+/// The loop in standard form.
+fn model(ticker: Ticker<'_>) -> StateSpace {
     let (states, inputs) = (ticker.names.len(), ticker.plant.actuators);
     let (next, signals) = ticker.cases();
     let a = next.columns(0, states).into_owned();
@@ -46,7 +65,7 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
     let mut d = &c * ahead;
     let mut last_rows = d.rows_mut(last, signals.nrows());
     last_rows += signals.columns(states, inputs);
-    Ok(StateSpace {
+    StateSpace {
         b: now + &a * ahead,
         d,
         a,
@@ -54,9 +73,9 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
         states: ticker.names,
         inputs: ticker.plant.inputs(),
         outputs,
-        left_out: left_out(rig),
-        sample_time: Some(1.0 / sample_rate),
-    })
+        left_out: left_out(ticker.rig),
+        sample_time: Some(1.0 / ticker.sample_rate),
+    }
 }
 
 /// One tick of the linear loop.

@@ -1,0 +1,122 @@
+//! The effect of a lap and of a friction that the controller does not know, to first order.
+//!
+//! Both follow the sign of a signal of the linear loop. An unknown overlap `Δ` takes the opening `Δ` from an open
+//! valve. An unknown friction `ΔF` takes the force `ΔF` from a moving piston.
+
+use crate::analysis::linear::{Complex, DMatrix, Disturbance, StateSpace, valve_response};
+use crate::analysis::prediction::signals::{Faded, Signals, Spectrum, motion_of_force, outputs};
+use crate::config::{Realization, RigConfig};
+use crate::error::Result;
+
+/// Highest frequency (Hz) of the effects.
+const HIGHEST: f64 = 100.0;
+/// Opening of the learned curve's first node over the largest one.
+const FIRST_NODE: f64 = 1.0 / 7.0;
+
+/// The true values less the known ones.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Unknown {
+    /// Overlap (1).
+    overlap: f64,
+    /// Friction (N), and the velocity (m/s) beyond which it is complete.
+    friction: f64,
+    friction_velocity: f64,
+    learned: Learned,
+}
+
+/// What self-calibration compensates for of an unknown lap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Learned {
+    Nothing,
+    /// The flow gain: the part that is proportional to the opening.
+    FlowGain,
+    /// The flow curve, which is linear up to its first node.
+    Curve,
+}
+
+impl Unknown {
+    pub(super) fn of(rig: &RigConfig) -> Self {
+        let plant = rig.plant();
+        Self {
+            overlap: plant.servovalve.overlap - rig.servovalve.overlap,
+            friction: plant.actuator.friction - rig.actuator.friction,
+            friction_velocity: plant.actuator.friction_velocity,
+            learned: match (rig.compensation.adaptive, rig.compensation.curve_correction) {
+                (false, _) => Learned::Nothing,
+                (true, false) => Learned::FlowGain,
+                (true, true) => Learned::Curve,
+            },
+        }
+    }
+
+    pub(super) fn any(&self) -> bool {
+        self.overlap != 0.0 || self.friction != 0.0
+    }
+
+    /// Adds the effects on force and motion to the signals of a rig with this model.
+    pub(super) fn disturb(
+        &self,
+        rig: &RigConfig,
+        model: &StateSpace,
+        faded: &Faded,
+        signals: &mut [Signals],
+    ) -> Result<()> {
+        let (wide, count) = (faded.up_to(HIGHEST), signals.len());
+        let lost = signals.iter().map(|own| self.lost(own, faded, &wide)).collect::<Result<Vec<_>>>()?;
+        let responses = outputs(model, &["force", "displacement"]);
+        let input = |of: Disturbance| (0..count).map(|i| of.input(i, count)).collect::<Vec<_>>();
+        let (valve, cell) = (input(Disturbance::Converter), input(Disturbance::Force));
+        for bin in 0..=wide.last {
+            let (all, frequency) = (wide.responses(&responses, bin)?, wide.frequency(bin));
+            let per_volt = volts_per_opening(rig, frequency);
+            let opening = DMatrix::from_fn(count, 1, |i, _| lost[i].opening[bin] * per_volt);
+            let friction = DMatrix::from_fn(count, 1, |i, _| lost[i].force[bin]);
+            let by_lap = all.select_columns(&valve) * opening;
+            // The loop opposes a change of the force as a change of its reading.
+            let force = &friction + all.select_columns(&cell).rows(0, count) * &friction;
+            let motion = motion_of_force(&all, count, &force, frequency)?;
+            for (i, own) in signals.iter_mut().enumerate() {
+                own.missed_force.resize(wide.last + 1, Complex::ZERO);
+                own.missed_motion.resize(wide.last + 1, Complex::ZERO);
+                own.missed_force[bin] += by_lap[i] + force[i];
+                own.missed_motion[bin] += by_lap[count + i] + motion[i];
+            }
+        }
+        Ok(())
+    }
+
+    /// Opening and force that an actuator loses.
+    fn lost(&self, own: &Signals, faded: &Faded, wide: &Faded) -> Result<Lost> {
+        let opening: Vec<f64> = faded.signal(own.opening.clone())?.collect();
+        let (overlap, most) = (self.overlap, self.overlap.abs());
+        let lap = |x: f64| overlap.signum() * x.clamp(-most, most);
+        let square: f64 = opening.iter().map(|x| x * x).sum();
+        let share = opening.iter().map(|x| lap(*x) * x).sum::<f64>() / square;
+        let node = FIRST_NODE * opening.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let compensated = |x: f64| match self.learned {
+            Learned::Nothing => 0.0,
+            Learned::FlowGain => share * x,
+            Learned::Curve => overlap * (x / node).clamp(-1.0, 1.0),
+        };
+        let rub = |v: f64| -self.friction * v / v.hypot(self.friction_velocity);
+        Ok(Lost {
+            opening: wide.spectrum(opening.iter().map(|x| compensated(*x) - lap(*x)))?,
+            force: wide.spectrum(faded.signal(own.velocity.clone())?.map(rub))?,
+        })
+    }
+}
+
+/// Spectra of an opening (1) and a force (N).
+struct Lost {
+    opening: Spectrum,
+    force: Spectrum,
+}
+
+/// Valve command (V) for an opening of the spool at a frequency (Hz), as the loop's converter adds it.
+fn volts_per_opening(rig: &RigConfig, frequency: f64) -> Complex<f64> {
+    let amplified = match rig.controller.realization {
+        Realization::Analog => rig.controller.proportional_gain,
+        Realization::Digital => 1.0,
+    };
+    (valve_response(rig, frequency) * amplified).inv()
+}

@@ -1,0 +1,163 @@
+//! The signals of a test in the linear loop.
+
+use std::f64::consts::TAU;
+
+use crate::analysis::linear::{Complex, DMatrix, StateSpace};
+use crate::error::{Error, Result};
+use crate::fourier;
+use crate::ground_motion::excitation::Command;
+use crate::interruption;
+use crate::state_space::Responses;
+
+/// Highest frequency (Hz) of a prediction.
+const HIGHEST: f64 = 20.0;
+/// Factor by which the signals fade over a test.
+const FADED: f64 = 30.0;
+
+/// Spectrum of a faded signal from 0 Hz.
+pub(super) type Spectrum = Vec<Complex<f64>>;
+
+/// Transforms of signals that fade over a test, so that the motion at its end does not return at its start.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Faded {
+    samples: usize,
+    sample_rate: f64,
+    /// Index of the highest frequency.
+    pub(super) last: usize,
+}
+
+impl Faded {
+    /// For a test up to 20 Hz; `None` without a command.
+    pub(super) fn of(commands: &[Command]) -> Option<Self> {
+        let first = commands.first()?;
+        let samples = commands.iter().map(|command| command.values.len()).min()?;
+        let silent = commands.iter().all(|command| command.values.iter().all(|value| *value == 0.0));
+        (!silent).then_some(Self { samples, sample_rate: first.sample_rate, last: 0 }.up_to(HIGHEST))
+    }
+
+    /// Up to another frequency (Hz).
+    pub(super) fn up_to(self, frequency: f64) -> Self {
+        let last = (frequency / self.sample_rate * self.samples as f64) as usize;
+        Self { last: last.min(self.samples.saturating_sub(1) / 2), ..self }
+    }
+
+    /// Frequency (Hz) of a bin.
+    pub(super) fn frequency(&self, bin: usize) -> f64 {
+        bin as f64 * self.sample_rate / self.samples as f64
+    }
+
+    /// Factor by which a signal without fading exceeds the faded one at a sample.
+    fn growth(&self, sample: usize) -> f64 {
+        FADED.powf(sample as f64 / self.samples as f64)
+    }
+
+    /// Spectrum of a signal.
+    pub(super) fn spectrum(&self, signal: impl IntoIterator<Item = f64>) -> Result<Spectrum> {
+        let signal = signal.into_iter().take(self.samples).enumerate();
+        let faded: Vec<f64> = signal.map(|(i, value)| value / self.growth(i)).collect();
+        Ok(fourier::spectrum(&faded)?.into_iter().take(self.last + 1).collect())
+    }
+
+    /// The signal with a spectrum.
+    pub(super) fn signal(&self, mut spectrum: Spectrum) -> Result<impl Iterator<Item = f64>> {
+        spectrum.resize(self.samples / 2 + 1, Complex::ZERO);
+        let (faded, own) = (fourier::signal_of(spectrum, self.samples)?, *self);
+        Ok(faded.into_iter().enumerate().map(move |(i, value)| own.growth(i) * value / own.samples as f64))
+    }
+
+    /// Root mean square of the sum of a signal with a spectrum and a constant.
+    pub(super) fn rms(&self, spectrum: Spectrum, constant: f64) -> Result<f64> {
+        let sum: f64 = self.signal(spectrum)?.map(|value| (value + constant) * (value + constant)).sum();
+        Ok((sum / self.samples as f64).sqrt())
+    }
+
+    /// The responses of a model at a bin.
+    pub(super) fn responses(&self, model: &Responses, bin: usize) -> Result<DMatrix<Complex<f64>>> {
+        interruption::check()?;
+        let turn = Complex::from_polar(self.growth(1), TAU * bin as f64 / self.samples as f64);
+        model.at(turn).ok_or_else(|| on_a_pole(self.frequency(bin)))
+    }
+}
+
+/// Spectra of an actuator's signals.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Signals {
+    pub(super) command: Spectrum,
+    pub(super) missed_force: Spectrum,
+    pub(super) ideal_motion: Spectrum,
+    pub(super) missed_motion: Spectrum,
+    pub(super) opening: Spectrum,
+    pub(super) velocity: Spectrum,
+}
+
+impl Signals {
+    /// Of each actuator under its command.
+    pub(super) fn of(model: &StateSpace, commands: &[Command], faded: &Faded) -> Result<Vec<Self>> {
+        let asked = commands
+            .iter()
+            .map(|command| faded.spectrum(command.values.iter().copied()))
+            .collect::<Result<Vec<_>>>()?;
+        let count = commands.len();
+        let asked = DMatrix::from_fn(count, faded.last + 1, |actuator, bin| asked[actuator][bin]);
+        let responses = outputs(model, &["force", "displacement", "spool", "velocity"]);
+        let mut signals = vec![Self::default(); count];
+        for (bin, command) in asked.column_iter().enumerate() {
+            let command = DMatrix::from_column_slice(count, 1, command.as_slice());
+            let all = faded.responses(&responses, bin)?;
+            let applied = all.columns(0, count) * &command;
+            let ideal = motion_of_force(&all, count, &command, faded.frequency(bin))?;
+            for (i, own) in signals.iter_mut().enumerate() {
+                let of = |quantity: usize| applied[quantity * count + i];
+                own.command.push(command[i]);
+                own.missed_force.push(of(0) - command[i]);
+                own.ideal_motion.push(ideal[i]);
+                own.missed_motion.push(of(1) - ideal[i]);
+                own.opening.push(of(2));
+                own.velocity.push(of(3));
+            }
+        }
+        Ok(signals)
+    }
+}
+
+/// The responses of some quantities, those of all actuators one after another.
+pub(super) fn outputs(model: &StateSpace, quantities: &[&str]) -> Responses {
+    let rows = |quantity: &&str| {
+        let named = model.outputs.iter().enumerate();
+        let found = named.filter(|(_, name)| name.split('_').next() == Some(*quantity));
+        found.map(|(row, _)| row).collect::<Vec<_>>()
+    };
+    Responses::new(model, &quantities.iter().map(rows).collect::<Vec<_>>().concat())
+}
+
+/// The motion of the structure under forces, as under the commands that make them. The first rows of `all` are
+/// force and displacement.
+pub(super) fn motion_of_force(
+    all: &DMatrix<Complex<f64>>,
+    count: usize,
+    force: &DMatrix<Complex<f64>>,
+    frequency: f64,
+) -> Result<DMatrix<Complex<f64>>> {
+    let commands = all.view((0, 0), (count, count)).into_owned().lu().solve(force);
+    Ok(all.view((count, 0), (count, count)) * commands.ok_or_else(|| on_a_pole(frequency))?)
+}
+
+fn on_a_pole(frequency: f64) -> Error {
+    Error::value("frequency", frequency, "must not lie on a pole of the model")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_has_its_root_mean_square_and_returns() {
+        let impulse = Command::new((0..1000).map(|i| f64::from(i == 999)).collect(), 1000.0).unwrap();
+        let faded = Faded::of(std::slice::from_ref(&impulse)).unwrap().up_to(1e3);
+        let spectrum = faded.spectrum(impulse.values.iter().copied()).unwrap();
+        let again: Vec<f64> = faded.signal(spectrum.clone()).unwrap().collect();
+        // The highest frequency of all is left out.
+        assert!((again[999] - 1.0).abs() < 0.01 && again[0].abs() < 0.05, "{} {}", again[999], again[0]);
+        assert!((faded.rms(spectrum, 0.0).unwrap() - 1.0 / 1000.0_f64.sqrt()).abs() < 1e-3);
+    }
+}
