@@ -67,3 +67,18 @@ def test_a_plant_says_why_it_is_not_pickled():
     for carry in (pickle.dumps, copy.copy, copy.deepcopy):
         with pytest.raises(TypeError, match=r"eft\.Plant cannot be pickled or copied: make another one"):
             carry(eft.Plant(RIG))
+
+
+def test_a_state_is_pickled_and_copied_whole():
+    stories = {"masses": [7e3, 6e3], "dampings": [5e3, 4e3], "stiffnesses": [2.6e6, 2.3e6]}
+    building = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
+    names = [name for name in dir(eft.PlantState) if not name.startswith("_")]
+    assert len(names) == 9
+    for rig, command in ((RIG, 3.0), (building, [3.0, -2.0])):
+        state = eft.Plant(rig, RATE).step(command)
+        for back in (pickle.loads(pickle.dumps(state)), copy.copy(state), copy.deepcopy(state)):
+            assert repr(back) == repr(state)
+            for name in names:
+                told, kept = getattr(state, name), getattr(back, name)
+                assert type(told) is type(kept)
+                np.testing.assert_array_equal(told, kept)

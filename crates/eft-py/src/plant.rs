@@ -137,10 +137,14 @@ pub(crate) struct PlantState {
     stacked: bool,
 }
 
-type Numbers<'py> = PyResult<Bound<'py, PyAny>>;
+type Answer<'py> = PyResult<Bound<'py, PyAny>>;
+
+/// The values of one actuator and its status, for `pickle`.
+type Numbers = ([f64; 8], u32);
+type Pickled = (Vec<Numbers>, bool);
 
 impl PlantState {
-    fn of<'py>(&self, py: Python<'py>, value: fn(&PlantReading) -> f64) -> Numbers<'py> {
+    fn of<'py>(&self, py: Python<'py>, value: fn(&PlantReading) -> f64) -> Answer<'py> {
         let values: Vec<f64> = self.readings.iter().map(value).collect();
         match (values.as_slice(), self.stacked) {
             ([one], false) => Ok(one.into_pyobject(py)?.into_any()),
@@ -159,54 +163,86 @@ impl PlantState {
 
     /// Force on the structure in N.
     #[getter]
-    fn force<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+    fn force<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.of(py, |reading| reading.force)
     }
 
     /// Displacement in m.
     #[getter]
-    fn displacement<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+    fn displacement<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.of(py, |reading| reading.displacement)
     }
 
     /// Velocity in m/s.
     #[getter]
-    fn velocity<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+    fn velocity<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.of(py, |reading| reading.velocity)
     }
 
     /// Spool opening.
     #[getter]
-    fn spool<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+    fn spool<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.of(py, |reading| reading.spool)
     }
 
     /// Load pressure in Pa.
     #[getter]
-    fn load_pressure<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+    fn load_pressure<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.of(py, |reading| reading.load_pressure)
     }
 
     /// Supply pressure in Pa.
     #[getter]
-    fn supply_pressure<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+    fn supply_pressure<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.of(py, |reading| reading.supply_pressure)
     }
 
     /// Acceleration in m/s²; with an external structure the mean over the sample that ends now.
     #[getter]
-    fn acceleration<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+    fn acceleration<'py>(&self, py: Python<'py>) -> Answer<'py> {
         self.of(py, |reading| reading.acceleration)
     }
 
     /// Bits of `Status`.
     #[getter]
-    fn status<'py>(&self, py: Python<'py>) -> Numbers<'py> {
+    fn status<'py>(&self, py: Python<'py>) -> Answer<'py> {
         let values: Vec<u32> = self.readings.iter().map(|reading| reading.status).collect();
         match (values.as_slice(), self.stacked) {
             ([one], false) => Ok(one.into_pyobject(py)?.into_any()),
             _ => arrays::stacked(py, vec![values], false),
         }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled)> {
+        let numbers = |reading: &PlantReading| {
+            let PlantReading { time, force, displacement, velocity, spool, .. } = *reading;
+            let PlantReading { load_pressure, supply_pressure, acceleration, status, .. } = *reading;
+            let values =
+                [time, force, displacement, velocity, spool, load_pressure, supply_pressure, acceleration];
+            (values, status)
+        };
+        let state = slf.get();
+        Ok((slf.get_type().getattr("_made")?, (state.readings.iter().map(numbers).collect(), state.stacked)))
+    }
+
+    #[staticmethod]
+    fn _made(actuators: Vec<Numbers>, stacked: bool) -> Self {
+        let reading = |(values, status): Numbers| {
+            let [time, force, displacement, velocity, spool, load_pressure, supply_pressure, acceleration] =
+                values;
+            PlantReading {
+                time,
+                force,
+                displacement,
+                velocity,
+                spool,
+                load_pressure,
+                supply_pressure,
+                acceleration,
+                status,
+            }
+        };
+        Self { readings: actuators.into_iter().map(reading).collect(), stacked }
     }
 
     fn __repr__(&self) -> String {
