@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Literal, NamedTuple, Protocol
@@ -77,6 +78,32 @@ class StepController(Protocol):
         >>> eft.simulate(eft.Rig.zhao2005(), sweep, controller=Proportional()).success
         True
         """
+
+
+_READ = ("command", "velocity", "force", "spool")
+_NAMED = ("supply_pressure", "displacement", "acceleration", "next_command")
+
+
+def _step_of(controller: StepController) -> Callable[..., Any]:
+    """The method of an external controller; refuses an object without one, or with one for other signals."""
+    step: Callable[..., Any] | None = getattr(controller, "step", None)
+    if isinstance(controller, type) or not callable(step):
+        kind = controller if isinstance(controller, type) else type(controller)
+        found = f"the class {kind.__name__}" if kind is controller else f"an object of type {kind.__name__}"
+        raise ValueError(f"controller = {found}: must be an object with a method step: eft.StepController")
+    try:
+        signature = inspect.signature(step)
+    except (TypeError, ValueError):
+        return step  # of an extension module that does not tell its arguments
+    try:
+        # Each signal stands for its own name.
+        taken = signature.bind(*_READ, **{name: name for name in _NAMED}).arguments
+    except TypeError:
+        taken = None
+    if taken is None or any(taken.get(name, name) != name for name in (*_READ, *_NAMED)):
+        allowed = f"must accept {', '.join(_READ)} in this order, and by name {', '.join(_NAMED)}"
+        raise ValueError(f"controller.step = {signature}: {allowed}; **_ accepts unused names")
+    return step
 
 
 _LESS = "shorten it or sample less often, or keep fewer traces: `eft.study` keeps none of them by default"
@@ -192,7 +219,7 @@ def simulate(
     if controller is not None:
         if watch:
             raise ValueError("watch = True: must be left out with an external controller")
-        rig, dtype = rig.replace(_TAKEN), "f32"
+        step, rig, dtype = _step_of(controller), rig.replace(_TAKEN), "f32"
     warn_of_memory(f"command: {len(command)} samples need", memory_of_samples(rig, len(command)), _LESS)
     if watch:
         show(rig, command, dtype)
@@ -202,7 +229,7 @@ def simulate(
     if controller is None:
         outcome = _native.simulate(rig, command, dtype, progress, **options)
     else:
-        outcome = _native.simulate_controlled(rig, command, controller.step, progress, **options)
+        outcome = _native.simulate_controlled(rig, command, step, progress, **options)
     run = TestRun._of(rig, command, dtype, outcome, structure is not None)
     return run if controller is None else replace(run, _controlled=True)
 

@@ -64,16 +64,44 @@ def test_a_controller_has_what_the_sensors_report_and_the_next_command():
 @pytest.mark.parametrize(
     ("answer", "says"),
     [
-        (float("nan"), r"^step = NaN: must return a finite number of single precision, in V$"),
-        (1e300, r"^step = 1e300: must return a finite number of single precision, in V$"),
-        ([1.0, 2.0], r"^step = an object of type list: must return one number, in V$"),
-        (np.zeros(3), r"^step = an object of type ndarray: must return one number, in V$"),
-        (None, r"^step = an object of type NoneType: must return one number, in V$"),
+        (float("nan"), r"^controller\.step = NaN: must return a finite number of single precision, in V$"),
+        (1e300, r"^controller\.step = 1e300: must return a finite number of single precision, in V$"),
+        ([1.0, 2.0], r"^controller\.step = an object of type list: must return one number, in V$"),
+        (np.zeros(3), r"^controller\.step = an object of type ndarray: must return one number, in V$"),
+        ("1.0", r"^controller\.step = an object of type str: must return one number, in V$"),
+        (None, r"^controller\.step = an object of type NoneType: must return one number, in V$"),
     ],
 )
 def test_an_answer_that_is_no_voltage_is_refused(answer, says):
     with pytest.raises(ValueError, match=says):
         eft.simulate(RIG, SWEEP, controller=Answers(answer))
+
+
+class Few:
+    def step(self, command, force):
+        return 0.0
+
+
+class Unnamed:
+    def step(self, command, velocity, force, spool):
+        return 0.0
+
+
+@pytest.mark.parametrize(
+    ("controller", "says"),
+    [
+        (lambda *_, **__: 0.0, r"^controller = an object of type function: must be an object with a method"),
+        (0.3, r"^controller = an object of type float: must be an object with a method step"),
+        (Answers, r"^controller = the class Answers: must be an object with a method step"),
+        (Few(), r"^controller\.step = \(command, force\): must accept command, velocity, force, spool in"),
+        (Unnamed(), r"^controller\.step = \(command, velocity, force, spool\): must .* by name supply"),
+        # Its first value is the velocity.
+        (eft.Compensator(RIG), r"^controller\.step = \(velocity, force, spool, .*: must accept command"),
+    ],
+)
+def test_what_is_no_controller_is_refused_before_the_test(controller, says):
+    with pytest.raises(ValueError, match=says):
+        eft.simulate(RIG, SWEEP, controller=controller)
 
 
 def test_an_exception_of_the_controller_ends_the_call():

@@ -31,13 +31,14 @@ impl PythonController {
         let answer = self.step.bind(py).call((command, velocity, force, spool), Some(named))?;
         let Ok(volts) = answer.extract::<f64>() else {
             let found = answer.get_type().name()?;
-            return Err(refuse("step", format!("an object of type {found}"), "must return one number, in V"));
+            let allowed = "must return one number, in V";
+            return Err(refuse("controller.step", format!("an object of type {found}"), allowed));
         };
         match volts as f32 {
             single if single.is_finite() => Ok(single),
             // As a number with an exponent.
             _ => Err(refuse(
-                "step",
+                "controller.step",
                 format!("{volts:?}"),
                 "must return a finite number of single precision, in V",
             )),
