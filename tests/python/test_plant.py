@@ -3,6 +3,7 @@
 import copy
 import math
 import pickle
+import threading
 
 import numpy as np
 import pytest
@@ -82,3 +83,35 @@ def test_a_state_is_pickled_and_copied_whole():
                 told, kept = getattr(state, name), getattr(back, name)
                 assert type(told) is type(kept)
                 np.testing.assert_array_equal(told, kept)
+
+
+def test_an_object_in_the_middle_of_a_call_refuses_another_one():
+    plant = eft.Plant(RIG, RATE, lambda force, dt: (plant.state.displacement, 0.0))
+    with pytest.raises(
+        RuntimeError, match=r"^eft\.Plant is in the middle of another call: make one for each"
+    ):
+        plant.step(0.1)
+    plant.reset()
+    assert plant.state.time == 0.0
+
+
+@pytest.mark.parametrize("kind", [eft.Controller, eft.Compensator])
+def test_a_second_thread_is_refused(kind):
+    channel, zeros, refused, ended = kind(RIG, sample_rate=RATE), np.zeros(200_000), [], threading.Event()
+
+    def look():
+        while not refused and not ended.is_set():
+            try:
+                assert channel.status == 0
+            except RuntimeError as error:
+                refused.append(str(error))
+
+    other = threading.Thread(target=look)
+    other.start()
+    for _ in range(50):
+        channel.process(command=zeros, velocity=zeros, force=zeros, spool=zeros)
+        if refused:
+            break
+    ended.set()
+    other.join()
+    assert refused == [f"eft.{kind.__name__} is in the middle of another call: make one for each thread"]

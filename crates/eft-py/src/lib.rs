@@ -20,6 +20,7 @@ mod integration;
 mod interruption;
 mod linear;
 mod metrics;
+mod one_caller;
 mod planning;
 mod plant;
 mod replay;

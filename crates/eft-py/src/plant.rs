@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use crate::arrays;
 use crate::errors::to_python;
+use crate::one_caller::OneCaller;
 use crate::rig::{Rig, is_building};
 use crate::specimen::motions;
 
@@ -29,10 +30,12 @@ use crate::specimen::motions;
 ///
 /// Notes
 /// -----
-/// A plant cannot be pickled or copied, because `state` does not contain all of its inner state. To repeat a test, make another plant of the same rig and apply the same valve commands.
-#[pyclass(module = "eft")]
+/// A plant cannot be pickled or copied, because `state` does not contain all of its inner state. To repeat a test, make
+/// another plant of the same rig and apply the same valve commands. A call while another one is under way raises
+/// ``RuntimeError``: make one object for each thread.
+#[pyclass(frozen, module = "eft")]
 pub(crate) struct Plant {
-    inner: PlantStepper,
+    plant: OneCaller<PlantStepper>,
     /// Whether numbers are arrays with one value per actuator.
     stacked: bool,
     period: f64,
@@ -44,6 +47,10 @@ impl Plant {
     fn vector(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
         if self.stacked { arrays::vector(name, value) } else { Ok(vec![value.extract()?]) }
     }
+
+    fn state_of(&self, plant: &PlantStepper) -> PlantState {
+        PlantState { readings: plant.readings(), stacked: self.stacked }
+    }
 }
 
 #[pymethods]
@@ -54,8 +61,9 @@ impl Plant {
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
         // One method with any structure; the exponential one has no place for an external structure.
         let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
-        let inner = PlantStepper::new(&rig.config, rate, &options).map_err(to_python)?;
-        Ok(Self { inner, stacked: is_building(&rig.config), period: 1.0 / rate, structure })
+        let plant = PlantStepper::new(&rig.config, rate, &options).map_err(to_python)?;
+        let plant = OneCaller::new("eft.Plant", plant);
+        Ok(Self { plant, stacked: is_building(&rig.config), period: 1.0 / rate, structure })
     }
 
     /// Step the plant by one sample under `valve_command` (V) and return its state.
@@ -82,24 +90,25 @@ impl Plant {
     /// >>> state = [plant.step(0.1) for _ in range(410)][-1]
     /// >>> state.displacement > 0.0, round(state.time, 4)
     /// (True, 0.1001)
-    fn step(&mut self, py: Python<'_>, valve_command: &Bound<'_, PyAny>) -> PyResult<PlantState> {
+    fn step(&self, py: Python<'_>, valve_command: &Bound<'_, PyAny>) -> PyResult<PlantState> {
+        let mut plant = self.plant.lock()?;
         let commands = self.vector("valve_command", valve_command)?;
         match &self.structure {
             None => {
-                self.inner.step(&commands).map_err(to_python)?;
+                plant.step(&commands).map_err(to_python)?;
             }
             Some(structure) => {
-                let forces = self.inner.push(&commands).map_err(to_python)?;
+                let forces = plant.push(&commands).map_err(to_python)?;
                 let forces = match (forces.as_slice(), self.stacked) {
                     ([one], false) => one.into_pyobject(py)?.into_any(),
                     _ => PyArray1::from_vec(py, forces).into_any(),
                 };
                 let answer = structure.call1(py, (forces, self.period))?;
                 let (displacements, velocities) = motions(answer.bind(py), self.stacked)?;
-                self.inner.follow(&displacements, &velocities).map_err(to_python)?;
+                plant.follow(&displacements, &velocities).map_err(to_python)?;
             }
         }
-        Ok(self.state())
+        Ok(self.state_of(&plant))
     }
 
     /// Return the plant to rest; an external structure is not reset.
@@ -112,8 +121,9 @@ impl Plant {
     /// >>> plant.reset()
     /// >>> plant.state.time
     /// 0.0
-    fn reset(&mut self) {
-        self.inner.reset();
+    fn reset(&self) -> PyResult<()> {
+        self.plant.lock()?.reset();
+        Ok(())
     }
 
     fn __reduce__(&self) -> PyResult<()> {
@@ -124,8 +134,8 @@ impl Plant {
 
     /// The present state of the plant.
     #[getter]
-    fn state(&self) -> PlantState {
-        PlantState { readings: self.inner.readings(), stacked: self.stacked }
+    fn state(&self) -> PyResult<PlantState> {
+        Ok(self.state_of(&*self.plant.lock()?))
     }
 }
 

@@ -7,6 +7,7 @@ use pyo3::types::PyTuple;
 
 use crate::controller::channel::{Channel, Further};
 use crate::controller::shared::python_methods;
+use crate::one_caller::OneCaller;
 use crate::rig::Rig;
 
 /// The velocity feedback compensation, one sample at a time: the same code as in firmware.
@@ -24,17 +25,19 @@ use crate::rig::Rig;
 ///
 /// Notes
 /// -----
-/// It can be pickled and copied at rest only, because a copy would not have what it has learned.
-#[pyclass(module = "eft")]
+/// It can be pickled and copied at rest only, because a copy would not have what it has learned. A call while another
+/// one is under way raises ``RuntimeError``: make one object for each thread.
+#[pyclass(frozen, module = "eft")]
 pub(crate) struct Compensator {
-    channel: Channel,
+    channel: OneCaller<Channel>,
 }
 
 python_methods!(Compensator {
     #[new]
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
     fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>) -> PyResult<Self> {
-        Ok(Self { channel: Channel::new(rig, dtype, sample_rate, Realization::Analog)? })
+        let channel = Channel::new(rig, dtype, sample_rate, Realization::Analog)?;
+        Ok(Self { channel: OneCaller::new("eft.Compensator", channel) })
     }
 
     /// Take one sample and return the compensation signal in V.
@@ -94,7 +97,7 @@ python_methods!(Compensator {
     )]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn step(
-        &mut self,
+        &self,
         velocity: f64,
         force: f64,
         spool: f64,
@@ -108,7 +111,8 @@ python_methods!(Compensator {
         period: Option<f64>,
         load_pressure: Option<f64>,
     ) -> PyResult<f64> {
-        self.channel.needs_command(command.is_some())?;
+        let mut channel = self.channel.lock()?;
+        channel.needs_command(command.is_some())?;
         let further = Further {
             supply_pressure,
             valve_command,
@@ -119,7 +123,7 @@ python_methods!(Compensator {
             period,
             load_pressure,
         };
-        self.channel.step([command.unwrap_or(0.0), velocity, force, spool], further)
+        channel.step([command.unwrap_or(0.0), velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the compensation signal in V; `status` collects their flags.
@@ -152,7 +156,7 @@ python_methods!(Compensator {
     #[pyo3(signature = (velocity, force, spool, command=None, supply_pressure=None, *, valve_command=None, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None))]
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn process<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         velocity: &Bound<'py, PyAny>,
         force: &Bound<'py, PyAny>,
@@ -167,11 +171,12 @@ python_methods!(Compensator {
         period: Option<&Bound<'py, PyAny>>,
         load_pressure: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.channel.needs_command(command.is_some())?;
+        let mut channel = self.channel.lock()?;
+        channel.needs_command(command.is_some())?;
         let signals = [command, Some(velocity), Some(force), Some(spool)];
         let further =
             [supply_pressure, valve_command, displacement, acceleration, next_command, alive, period, load_pressure];
-        self.channel.process(py, signals, further)
+        channel.process(py, signals, further)
     }
 
     /// Go to the steady state of this operating point, so that the next step has no bump.
@@ -205,7 +210,7 @@ python_methods!(Compensator {
     #[pyo3(signature = (velocity=0.0, force=0.0, spool=0.0, command=0.0, supply_pressure=None, *, displacement=None, acceleration=None))]
     #[allow(clippy::too_many_arguments)] // Python's, all of them optional
     fn prime(
-        &mut self,
+        &self,
         velocity: f64,
         force: f64,
         spool: f64,
@@ -215,12 +220,12 @@ python_methods!(Compensator {
         acceleration: Option<f64>,
     ) -> PyResult<()> {
         let values = [command, velocity, force, spool];
-        self.channel.prime(values, supply_pressure, [displacement, acceleration])
+        self.channel.lock()?.prime(values, supply_pressure, [displacement, acceleration])
     }
 
     /// Factor on the valve command in a shutdown, 1 to 0; the analog controller must apply it.
     #[getter]
-    fn authority(&self) -> f64 {
-        self.channel.last().authority
+    fn authority(&self) -> PyResult<f64> {
+        Ok(self.channel.lock()?.last().authority)
     }
 });

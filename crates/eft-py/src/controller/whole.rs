@@ -7,6 +7,7 @@ use pyo3::types::PyTuple;
 
 use crate::controller::channel::{Channel, Further};
 use crate::controller::shared::python_methods;
+use crate::one_caller::OneCaller;
 use crate::rig::Rig;
 
 /// The whole digital controller, one tick at a time: compensation, Eq. (1) and limits, the same code as in firmware.
@@ -24,17 +25,19 @@ use crate::rig::Rig;
 ///
 /// Notes
 /// -----
-/// It can be pickled and copied at rest only, because a copy would not have what it has learned.
-#[pyclass(module = "eft")]
+/// It can be pickled and copied at rest only, because a copy would not have what it has learned. A call while another
+/// one is under way raises ``RuntimeError``: make one object for each thread.
+#[pyclass(frozen, module = "eft")]
 pub(crate) struct Controller {
-    channel: Channel,
+    channel: OneCaller<Channel>,
 }
 
 python_methods!(Controller {
     #[new]
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
     fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>) -> PyResult<Self> {
-        Ok(Self { channel: Channel::new(rig, dtype, sample_rate, Realization::Digital)? })
+        let channel = Channel::new(rig, dtype, sample_rate, Realization::Digital)?;
+        Ok(Self { channel: OneCaller::new("eft.Controller", channel) })
     }
 
     /// Take one sample and return the valve command in V.
@@ -88,7 +91,7 @@ python_methods!(Controller {
     #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn step(
-        &mut self,
+        &self,
         command: f64,
         velocity: f64,
         force: f64,
@@ -111,7 +114,7 @@ python_methods!(Controller {
             load_pressure,
             ..Further::default()
         };
-        self.channel.step([command, velocity, force, spool], further)
+        self.channel.lock()?.step([command, velocity, force, spool], further)
     }
 
     /// Take a whole array of samples and return the valve commands in V; `status` collects their flags.
@@ -145,7 +148,7 @@ python_methods!(Controller {
     #[pyo3(signature = (command, velocity, force, spool, supply_pressure=None, *, displacement=None, acceleration=None, next_command=None, alive=None, period=None, load_pressure=None))]
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn process<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         command: &Bound<'py, PyAny>,
         velocity: &Bound<'py, PyAny>,
@@ -161,7 +164,7 @@ python_methods!(Controller {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let signals = [Some(command), Some(velocity), Some(force), Some(spool)];
         let further = [supply_pressure, None, displacement, acceleration, next_command, alive, period, load_pressure];
-        self.channel.process(py, signals, further)
+        self.channel.lock()?.process(py, signals, further)
     }
 
     /// Go to the steady state of this operating point, so that the next step has no bump.
@@ -195,7 +198,7 @@ python_methods!(Controller {
     #[pyo3(signature = (command=0.0, velocity=0.0, force=0.0, spool=0.0, supply_pressure=None, *, displacement=None, acceleration=None))]
     #[allow(clippy::too_many_arguments)] // Python's, all of them optional
     fn prime(
-        &mut self,
+        &self,
         command: f64,
         velocity: f64,
         force: f64,
@@ -205,12 +208,12 @@ python_methods!(Controller {
         acceleration: Option<f64>,
     ) -> PyResult<()> {
         let values = [command, velocity, force, spool];
-        self.channel.prime(values, supply_pressure, [displacement, acceleration])
+        self.channel.lock()?.prime(values, supply_pressure, [displacement, acceleration])
     }
 
     /// Factor on the valve command in a shutdown, 1 to 0; the output includes it.
     #[getter]
-    fn authority(&self) -> f64 {
-        self.channel.last().authority
+    fn authority(&self) -> PyResult<f64> {
+        Ok(self.channel.lock()?.last().authority)
     }
 });
