@@ -288,11 +288,13 @@ macro_rules! constructor {
                 check!(within("lost_samples", p.lost_samples as f64, 0.0, 1e5));
                 let longest = if p.plausibility.is_some() { QUICK_TIME } else { f64::MAX };
                 let limit = Limit::<$t>::new("displacement_warning", "displacement_trip", p.displacement);
+                // A channel has a parameter `spool_warning` of its own.
+                let spool = Limit::<$t>::new("protection.spool_warning", "spool_trip", p.spool);
                 Ok(Self {
                     force: check!(Limit::<$t>::new("force_warning", "force_trip", p.force)),
                     displacement: check!(limit),
                     velocity: check!(Limit::<$t>::new("velocity_warning", "velocity_trip", p.velocity)),
-                    spool: check!(Limit::<$t>::new("spool_warning", "spool_trip", p.spool)),
+                    spool: check!(spool),
                     rise: check!(Ramp::new("start_time", p.start_time, rate)),
                     fall: check!(Ramp::new("ramp_time", p.ramp_time, rate)),
                     quick_fall: check!(Ramp::new(

@@ -1,7 +1,11 @@
 //! The protection with any inputs, in any order.
 
-use eft_core::{Levels, Protection, ProtectionInput, ProtectionParameters, ProtectionState, status};
+use eft_core::{
+    Channel, Levels, Parameters, Protection, ProtectionInput, ProtectionParameters, ProtectionState, status,
+};
 use proptest::prelude::*;
+
+use crate::rig;
 
 const RATE: f64 = 1000.0;
 /// Samples of the ramp down.
@@ -172,5 +176,17 @@ fn a_trip_in_the_soft_start_has_no_step() {
         }
         // A ramp has steps of 2⁻³¹.
         assert!((step(&mut state) - 40.0 * (0.5 - 0.1)).abs() < 1e-7);
+    }
+}
+
+#[test]
+fn the_two_warnings_of_the_spool_have_different_names_in_refusals() {
+    let spool = Levels { warning: 0.9, trip: 0.8 };
+    let protection = Some(ProtectionParameters { spool, ..ProtectionParameters::DEFAULT });
+    for (name, parameters) in [
+        ("spool_warning", Parameters { spool_warning: -1.0, ..rig::PARAMETERS }),
+        ("protection.spool_warning", Parameters { protection, ..rig::PARAMETERS }),
+    ] {
+        assert_eq!(rig::refused(Channel::<f32, 21>::new(&parameters)), name);
     }
 }
