@@ -96,8 +96,8 @@ def check(
         click.echo(table(_settings(plan, found, margins), ("setting", "is", "stable")))
         if left_out:
             click.echo(f"\nnot in the linear model: {', '.join(left_out)}")
-        for key in idle:
-            click.echo(f"\nwithout effect: {key}")
+        if idle:
+            click.echo("\n" + "\n".join(f"without effect: {key}" for key in idle))
         click.echo(f"\non the virtual rig: {outcome.summary}")
         click.echo(f"\n{graded(outcome)}")
         for key, value in remedies_of(outcome).items():

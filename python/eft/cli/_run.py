@@ -122,6 +122,8 @@ def run(
         click.echo("\n".join(filter(None, (result.verdict.summary, graded(result.verdict)))))
         for key, value in answer["remedies"].items():
             click.echo(f"may help: {key} = {json.dumps(value)}")
+        for idle in answer["idle_keys"]:
+            click.echo(f"without effect: {idle}")
         click.echo(f"{target} written" + (", up to the interruption" if interrupted else ""))
         if saved is not None:
             click.echo(f"{saved} written: the rig with the flow curve that was found, for the next test")
@@ -190,6 +192,7 @@ def describe(result: eft.TestRun) -> dict[str, Any]:
         "verdict": verdict.text,
         "reasons": list(verdict.reasons),
         "remedies": remedies_of(verdict),
+        "idle_keys": result.rig.idle_keys(),
         "flags": [str(flag.name).lower() for flag in result.flags],
         "judged_samples": len(result.to_its_end()),
         "metrics": metrics_of(result),

@@ -451,6 +451,16 @@ fn messages_name_keys_without_effect_and_what_they_need() {
         .replace(&on(&["compensation.feedforward", "compensation.adaptive", "protection.enabled"]))
         .unwrap();
     assert_eq!(idle(&woken), [""; 0]);
+    let levels = KEYS.iter().map(|row| row.key).filter(|key| {
+        key.starts_with("protection.") && (key.ends_with("_warning") || key.ends_with("_trip"))
+    });
+    for key in levels.chain(["protection.start_time"]) {
+        let off = rig.replace(&[(key, Value::from(0.25))]).unwrap();
+        assert_eq!(idle(&off), [format!("{key} needs protection.enabled = true")]);
+        assert_eq!(idle(&off.replace(&on(&["protection.enabled"])).unwrap()), [""; 0]);
+    }
+    let soft = rig.replace(&on(&["protection.soft_end"])).unwrap();
+    assert_eq!(idle(&soft), ["protection.soft_end needs protection.enabled = true"]);
 }
 
 #[test]
