@@ -254,7 +254,9 @@ def test_check_names_missing_effects_and_idle_keys(folder, capsys):
     assert "without effect: compensation.look_ahead needs compensation.feedforward = true" in said
     unprotected = ["--set", "protection.force_trip=20e3"]
     assert main(["run", *SWEEP, *unprotected]) == 0
-    assert "\nwithout effect: protection.force_trip needs protection.enabled = true\n" in capsys.readouterr().out
+    assert (
+        "\nwithout effect: protection.force_trip needs protection.enabled = true\n" in capsys.readouterr().out
+    )
     assert main(["run", *SWEEP, *unprotected, "--json"]) == 0
     idle_keys = json.loads(capsys.readouterr().out)["idle_keys"]
     assert idle_keys == ["protection.force_trip needs protection.enabled = true"]

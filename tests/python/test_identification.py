@@ -107,6 +107,36 @@ def test_the_uncertainty_of_a_flow_curve_contains_a_falling_supply():
         eft.identify_flow_curve(*_under_a_falling_supply(0.7), 2048.0, AREA)
 
 
+def _deviations(rig, noise, of_opening=lambda spool: spool):
+    """Largest error of the measured flows of a rig's flow tests, in stated uncertainties."""
+    rng = np.random.default_rng(3)
+    tests = [eft.identification.flow_test(rig, share * STROKE) for share in (0.9, 0.8, 0.6, 0.4, 0.2)]
+    spool = [of_opening(test.spool) + 1e-3 * noise * rng.standard_normal(test.spool.size) for test in tests]
+    moved = [test.displacement + 5e-5 * noise * rng.standard_normal(test.spool.size) for test in tests]
+    found = eft.identify_flow_curve(spool, moved, 2048.0, AREA)
+    reached = found.measured & (found.openings != 0.0)
+    truth = np.array(RIG["servovalve.flow_table"]["flows"])
+    return np.max(np.abs(found.flows - truth)[reached] / found.uncertainty[reached])
+
+
+def test_what_the_uncertainty_of_a_flow_curve_contains():
+    assert _deviations(RIG, 1.0) < 3.0
+    assert _deviations(RIG.replace({"truth.actuator.leakage": 1e-10}), 1.0) < 3.0
+    assert _deviations(RIG, 0.0, lambda spool: np.round(spool * 2048) / 2048) < 3.0
+    overlapped, biased = ({f"truth.servovalve.{name}": 0.01} for name in ("overlap", "null_bias"))
+    for changes in (overlapped, biased):
+        few, many = (_deviations(RIG.replace(changes), noise) for noise in (0.0, 1.0))
+        assert 4.9 < few < many < 60.0
+    assert _deviations(RIG, 1.0, lambda spool: spool + 0.01) > 5.0
+    assert _deviations(RIG, 1.0, lambda spool: 1.02 * spool) > 5.0
+
+    def corrected(spool):
+        opening = spool - 0.01
+        return opening - np.clip(opening, -0.01, 0.01)
+
+    assert _deviations(RIG.replace(overlapped | biased), 1.0, corrected) < 3.0
+
+
 def test_flow_curve_with_noise_drift_and_gaps(flow_tests):
     rng = np.random.default_rng(2)
     spool = [s + 0.01 * rng.standard_normal(s.size) for s in flow_tests[0]]

@@ -57,6 +57,16 @@ def identify_flow_curve(
         extrapolated points it includes the effect of a continued bend. A change of the flow within the
         recordings, as under a falling supply, adds to it. A supply that is low throughout does not show.
 
+    Notes
+    -----
+    The uncertainty contains noise and resolution of both signals, offset and drift of the displacement, and
+    the leakage of the piston. With noise of the spool of 0.1 to 0.3 % the outermost measured point, which few
+    samples pass, may be off by up to eight uncertainties. The uncertainty does not contain a wrong opening:
+    an overlap, a null bias, or an offset or a wrong gain of the spool's sensor. On the paper's rig 1 % of
+    overlap or bias puts flows off by 5 to 50 uncertainties. `eft.identification.identify_overlap` finds both.
+    With ``opening = spool - bias``, the curve is that of
+    ``opening - numpy.clip(opening, -overlap, overlap)``.
+
     Raises
     ------
     ValueError
