@@ -15,6 +15,8 @@ const LEAST_BINS: usize = 8;
 const LEAST_ALIKE: f64 = 0.5;
 /// Coherence below which phases count as random.
 const LEAST_COHERENCE: f64 = 0.6;
+/// Probability with which random phases may have more than the least coherence.
+const CHANCE: f64 = 1e-3;
 
 /// A response delay with the data of its fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,8 +104,14 @@ fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayE
     let variance = weighted(&|i| rest(i).powi(2)) / (cross.len() - 2) as f64;
     let along: Complex64 = (0..cross.len()).map(|i| Complex64::from_polar(cross[i].1.norm(), rest(i))).sum();
     let coherence = along.norm() / size;
-    if coherence.is_nan() || coherence < LEAST_COHERENCE {
-        return refuse(format!("coherence {coherence:.2}"));
+    let least = least_coherence(size * size / cross.iter().map(|(_, s)| s.norm_sqr()).sum::<f64>());
+    if coherence.is_nan() || coherence < least {
+        let few = if least > LEAST_COHERENCE {
+            format!(", of few frequencies below {least:.2}")
+        } else {
+            String::new()
+        };
+        return refuse(format!("coherence {coherence:.2}{few}"));
     }
     let delay = coarse - slope / TAU;
     let intercept = phase_mean - slope * frequency_mean - level.arg();
@@ -126,6 +134,15 @@ fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayE
         frequency: cross.iter().map(|(f, _)| *f).collect(),
         lag: (0..cross.len()).map(|i| TAU * cross[i].0 * coarse - phases[i] + level.arg()).collect(),
     })
+}
+
+/// Least coherence of phases that are not random, from the number of frequencies that count alike.
+///
+/// The squared coherence of `n` random phases with a line of two parameters exceeds `c` with a probability of about
+/// `n·(1 - c)^(n - 2)`.
+fn least_coherence(n: f64) -> f64 {
+    let random = 1.0 - libm::pow(CHANCE / n, 1.0 / (n - 2.0).max(0.0));
+    if random > LEAST_COHERENCE * LEAST_COHERENCE { random.sqrt() } else { LEAST_COHERENCE }
 }
 
 /// A mask with 1 in valid samples, 0 in gaps, and raised cosines of `ramp` samples between. It acts equally
@@ -200,20 +217,41 @@ mod tests {
         assert!((found - clean).abs() < 0.02 * clean, "{found}, without {clean}");
     }
 
+    /// Normal noise of deviation 1, as a sum of twelve uniform numbers.
+    fn noise(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        let mut uniform = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        move || (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    #[test]
+    fn noise_alone_is_refused_in_a_narrow_band_as_well() {
+        let command = sine_sweep(1.0, 0.0, 400.0, 4.0, RATE).unwrap().values;
+        for bins in [8, 12, 20, 40] {
+            let band = (200.0, 200.0 + f64::from(bins - 1) / 4.0);
+            let accepted = (0..300).filter(|seed| {
+                let mut noise = noise(1 + seed);
+                let response: Vec<f64> = command.iter().map(|_| noise()).collect();
+                identify_delay(&command, &response, RATE, band).is_ok()
+            });
+            let accepted = accepted.count();
+            assert!(accepted <= 2, "{accepted} of 300, {bins} frequencies");
+            // The same band of a response with little noise.
+            let mut noise = noise(7);
+            let late: Vec<f64> =
+                (0..command.len()).map(|i| command[i.saturating_sub(3)] + 0.1 * noise()).collect();
+            let found = identify_delay(&command, &late, RATE, band).unwrap();
+            assert!((found.delay - 3e-3).abs() < 4.0 * found.uncertainty, "{bins} frequencies: {found:?}");
+        }
+    }
+
     #[test]
     fn the_uncertainty_is_the_scatter_by_noise() {
         let (x, y) = late(5e-3);
-        let mut state = 1_u64;
-        let mut noise = || {
-            (0..12)
-                .map(|_| {
-                    state =
-                        state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                    (state >> 11) as f64 / (1_u64 << 53) as f64
-                })
-                .sum::<f64>()
-                - 6.0
-        };
+        let mut noise = noise(1);
         let (mut square, mut stated) = (0.0, 0.0);
         for _ in 0..30 {
             let noisy: Vec<f64> = y.iter().map(|v| v + 0.3 * noise()).collect();
