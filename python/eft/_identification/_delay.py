@@ -50,8 +50,8 @@ def identify_delay(
     Raises
     ------
     ValueError
-        If the data do not determine the delay, or the response has the sign opposite to the command; the
-        message says why.
+        If the data do not determine the delay, as in a band that the command does not excite or where the
+        response is noise; if the response has the sign opposite to the command; the message says why.
 
     Examples
     --------

@@ -13,6 +13,8 @@ const EXCITED: f64 = 1e-4;
 const LEAST_BINS: usize = 8;
 /// Cosine beyond which a phase at zero frequency is that of a wrong sign. A band far above zero leaves the phase uncertain.
 const LEAST_ALIKE: f64 = 0.5;
+/// Largest share of the power in the band that the ends of the recording may have.
+const MOST_FROM_ENDS: f64 = 0.7;
 /// Coherence below which phases count as random.
 const LEAST_COHERENCE: f64 = 0.6;
 /// Probability with which random phases may have more than the least coherence.
@@ -56,7 +58,8 @@ pub fn identify_delay(
     let samples = command.len();
     let valid = |i: usize| command[i].is_finite() && response[i].is_finite();
     let mask = mask(samples, (2.0 * sample_rate / high) as usize, valid)?;
-    let x = spectrum(&faded(command, &mask))?;
+    let command = faded(command, &mask);
+    let x = spectrum(&command)?;
     let y = spectrum(&faded(response, &mask))?;
 
     let width = sample_rate / samples as f64;
@@ -69,8 +72,34 @@ pub fn identify_delay(
         let allowed = format!("must excite at least {LEAST_BINS}: use a longer sweep or a wider band");
         return Err(Error::value("command", found, allowed));
     }
+    let ends = from_ends(&command, &x, &bins);
+    if ends > MOST_FROM_ENDS {
+        let found = format!(
+            "{:.0} % of its power within {low} to {high} Hz from the ends of the recording",
+            1e2 * ends
+        );
+        return Err(Error::value("command", found, "must excite the band: choose the band of the test"));
+    }
     let cross: Vec<(f64, Complex64)> = bins.iter().map(|&k| (k as f64 * width, y[k] * x[k].conj())).collect();
     fit(&cross, &bins.iter().map(|&k| x[k].norm_sqr()).collect::<Vec<_>>(), width)
+}
+
+/// Share of a signal's power in these bins that comes from the jump of value and slope from the last sample to the first,
+/// which a response has without a delay.
+fn from_ends(signal: &[f64], spectrum: &[Complex64], bins: &[usize]) -> f64 {
+    let (n, last) = (signal.len(), signal.len() - 1);
+    let jump = signal[0] - signal[last];
+    let (first_slope, last_slope) = (signal[1] - signal[0], signal[last] - signal[last - 1]);
+    let (mut all, mut rest) = (0.0, 0.0);
+    for &k in bins {
+        // The difference of successive samples, twice, is nothing else at the ends.
+        let back = Complex64::from_polar(1.0, -TAU * k as f64 / n as f64);
+        let difference = 1.0 - back;
+        let ends = (jump + (first_slope * back - last_slope) / difference) / difference;
+        all += spectrum[k].norm_sqr();
+        rest += (spectrum[k] - ends).norm_sqr();
+    }
+    1.0 - rest / all
 }
 
 fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayEstimate> {
@@ -225,6 +254,40 @@ mod tests {
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         move || (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    #[test]
+    fn a_band_that_only_the_ends_of_the_recording_excite_is_refused() {
+        for (band, duration) in [
+            ((60.0, 80.0), 2.0),
+            ((30.0, 100.0), 2.0),
+            ((60.0, 80.0), 2.1),
+            ((60.0, 80.0), 3.0),
+            ((6.0, 30.0), 2.0),
+        ] {
+            let command = sine_sweep(1.0, 0.0, 5.0, duration, RATE).unwrap().values;
+            let response: Vec<f64> = (0..command.len()).map(|i| 0.9 * command[i.saturating_sub(4)]).collect();
+            let said = identify_delay(&command, &response, RATE, band).unwrap_err().to_string();
+            assert!(
+                said.starts_with("command = ") && said.contains("from the ends of the recording"),
+                "{said}"
+            );
+            let inside = identify_delay(&command, &response, RATE, (0.5, 5.0)).unwrap();
+            assert!((inside.delay - 4e-3).abs() < 4.0 * inside.uncertainty.max(2e-4), "{inside:?}");
+        }
+        // An impulse at the first sample and noise excite every band, and so does a step, whose trend is removed.
+        let mut noise = noise(3);
+        let impulse: Vec<f64> = (0..4000).map(|i| f64::from(i < 3)).collect();
+        let step: Vec<f64> = (0..4000).map(|i| f64::from(i > 200)).collect();
+        let white: Vec<f64> = (0..4000).map(|_| noise()).collect();
+        for (command, known) in [(impulse, true), (white, true), (step, false)] {
+            let response: Vec<f64> = (0..4000).map(|i| if i < 4 { 0.0 } else { command[i - 4] }).collect();
+            for band in [(0.5, 10.0), (60.0, 80.0)] {
+                let found = identify_delay(&command, &response, RATE, band).unwrap();
+                let right = (found.delay - 4e-3).abs() < 4.0 * found.uncertainty.max(2e-4);
+                assert!(right || !known, "{band:?}: {found:?}");
+            }
+        }
     }
 
     #[test]
