@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::fourier::spectrum;
 
 /// Least number of cycles that distinguishes decay from drift.
-const LEAST_CYCLES: f64 = 3.0;
+const LEAST_CYCLES: usize = 3;
 
 /// Damping and frequency from a free vibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,12 +44,13 @@ pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<Dampin
     if !energy.is_normal() {
         return Err(Error::value("displacement", "constant", "must vibrate"));
     }
-    let omega = strongest(&rest, sample_rate);
-    let duration = displacement.len() as f64 / sample_rate;
-    if omega * duration / TAU < LEAST_CYCLES {
-        let found = format!("{:.1} cycles", omega * duration / TAU);
-        return Err(Error::value("displacement", found, format!("must have at least {LEAST_CYCLES}")));
+    let cycles = cycles(&rest);
+    if cycles < LEAST_CYCLES {
+        let allowed = format!("must have at least {LEAST_CYCLES}");
+        return Err(Error::value("displacement", format!("{cycles} cycles"), allowed));
     }
+    let duration = displacement.len() as f64 / sample_rate;
+    let omega = TAU * cycles as f64 / duration;
     let half = rest.len() / 2;
     let rms = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>().sqrt();
     let decay =
@@ -93,12 +94,11 @@ pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<Dampin
     })
 }
 
-/// Dominant angular frequency (rad/s) of the signal, by zero crossings of its strong first part.
-fn strongest(signal: &[f64], sample_rate: f64) -> f64 {
-    let width = sample_rate / signal.len() as f64;
-    let Ok(output) = spectrum(signal) else { return 0.0 };
+/// Number of cycles in the signal of its strongest frequency, that of a whole number of cycles.
+fn cycles(signal: &[f64]) -> usize {
+    let Ok(output) = spectrum(signal) else { return 0 };
     let peak = (1..output.len()).max_by(|a, b| output[*a].norm_sqr().total_cmp(&output[*b].norm_sqr()));
-    TAU * width * peak.unwrap_or(0) as f64
+    peak.unwrap_or(0)
 }
 
 type Fitted = (f64, SVector<f64, 6>, SMatrix<f64, 6, 6>);
@@ -188,6 +188,23 @@ mod tests {
             let found = identify_damping(&noisy, 500.0).unwrap();
             assert!((found.ratio.value / zeta - 1.0).abs() < 0.02, "{zeta}: {found:?}");
             assert!((found.ratio.value - zeta).abs() < 5.0 * found.ratio.uncertainty);
+        }
+    }
+
+    #[test]
+    fn three_cycles_suffice_at_every_sample_rate_and_two_do_not() {
+        for rate in [410, 412, 413, 500] {
+            let rate = f64::from(rate);
+            let of = |cycles: f64| {
+                let value = |i: usize| {
+                    let turn = TAU * cycles * i as f64 / 1000.0;
+                    (-0.02 * turn).exp() * turn.cos()
+                };
+                identify_damping(&(0..1000).map(value).collect::<Vec<_>>(), rate)
+            };
+            assert!((of(3.0).unwrap().ratio.value - 0.02).abs() < 1e-4, "{rate} Hz");
+            let said = of(2.0).unwrap_err().to_string();
+            assert_eq!(said, "displacement = 2 cycles: must have at least 3");
         }
     }
 
