@@ -72,6 +72,27 @@ fn a_test_without_a_fault_does_not_trip() {
     }
 }
 
+// SR-07
+#[test]
+fn a_low_level_of_the_displacement_does_not_raise_an_alarm() {
+    // Noise of 0.05 % of the stroke, and an eighth of the stroke as the level.
+    let level = 0.016;
+    let quiet = [
+        ("protection.displacement_trip", level.into()),
+        ("sensors.displacement.noise", (5e-4 * 0.127).into()),
+        ("sensors.displacement.range", 0.127.into()),
+        ("sensors.displacement.bits", 16.into()),
+    ];
+    for seed in 0..4 {
+        let changes: Vec<_> = quiet.iter().cloned().chain([("sensors.seed", seed.into())]).collect();
+        let small = sine_sweep(800.0, 1.5, 1.5, 4.0, RATE).unwrap();
+        let run = run("digital", true, &changes, &small);
+        assert_eq!(first(&run, TRIPPED | SHUT_DOWN), None, "{seed}");
+        let moved = largest(&run.displacement, 0.0);
+        assert!(moved > 0.4 * level && moved < 0.9 * level, "{moved} m");
+    }
+}
+
 #[test]
 fn sensor_faults_trip_before_a_large_displacement() {
     for realization in ["analog", "digital"] {

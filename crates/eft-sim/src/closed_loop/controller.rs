@@ -182,7 +182,7 @@ fn plausibility(rig: &RigConfig) -> PlausibilityParameters {
     let greatest = rig.servovalve.flow_table.flows.iter().fold(0.0, |most: f64, flow| most.max(flow.abs()));
     PlausibilityParameters {
         force_noise: p.force_noise.unwrap_or(SHARE * a.piston_area * rig.supply.pressure),
-        displacement_noise: p.displacement_noise.unwrap_or(SHARE * p.displacement_trip.unwrap_or(0.1)),
+        displacement_noise: p.displacement_noise.unwrap_or(SHARE * a.stroke),
         velocity_noise: p.velocity_noise.unwrap_or(SHARE * greatest / a.piston_area),
         spool_noise: p.spool_noise,
         load_pressure_tolerance: p.load_pressure_tolerance.unwrap_or(f64::MAX),

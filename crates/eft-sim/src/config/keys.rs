@@ -237,7 +237,7 @@ pub static KEYS: &[Key] = &[
     key("protection.lost_samples", "samples", Int(0, 100000), int(10), "lost or rejected samples in a row before the shutdown; lost commands in a row before the trip; with the plausibility, three or more readings that jumped add half of this number and one"),
     key("protection.plausibility", "", Bool, ON, "whether the measurements are compared with each other (flow, motion, spool); a trip then uses those that agree"),
     key("protection.force_noise", "N", Float(0.0, 1e9), Optional, "noise of the force per sample in the plausibility; absent means 0.05 % of the actuator's capacity"),
-    key("protection.displacement_noise", "m", Float(1e-12, 1.0), Optional, "the same of the displacement; absent means 0.05 % of its trip level, or of 0.1 m"),
+    key("protection.displacement_noise", "m", Float(1e-12, 1.0), Optional, "the same of the displacement; absent means 0.05 % of the actuator's stroke to either side"),
     key("protection.velocity_noise", "m/s", Float(0.0, 1e3), Optional, "the same of the velocity; absent means 0.05 % of the piston's speed at full flow"),
     key("protection.spool_noise", "", Float(0.0, 1.0), float(5e-4), "the same of the spool opening"),
     key("protection.load_pressure_tolerance", "N", Float(1e-6, 1e12), Optional, "largest difference between the force and the measured load pressure times the piston area, by friction, inertia and offsets; absent means that no chamber pressures are measured"),

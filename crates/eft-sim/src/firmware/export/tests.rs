@@ -7,10 +7,9 @@ use crate::config::{KEYS, Key, Kind};
 use super::*;
 
 /// Keys, or prefixes of keys, of the plant only; no export may depend on them.
-const OF_THE_PLANT: [&str; 18] = [
+const OF_THE_PLANT: [&str; 17] = [
     // The limits of the verdict do not affect the controller either.
     "verdict.",
-    "actuator.stroke",
     "actuator.dead_length",
     "actuator.bypass_",
     "actuator.stop_",
