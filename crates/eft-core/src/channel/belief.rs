@@ -60,6 +60,16 @@ impl<T: Real, const N: usize> Channel<T, N> {
             // What was learned while the sensor was wrong is discarded.
             state.sound.go_back();
         }
+        if state.protection.is_tripped() {
+            // A held valve command would go on with the noise of its last sample.
+            let [force, _, velocity, spool] = state.plausibility.accepted();
+            let or_last = |reading: T, last: T| if reading.is_finite() { reading } else { last };
+            believed.force = or_last(believed.force, force);
+            believed.spool = or_last(believed.spool, spool);
+            if matches!(self.velocity, Velocity::Sensor) {
+                believed.velocity = or_last(believed.velocity, velocity);
+            }
+        }
         let zero = T::splat(0.0);
         if doubted(FORCE) {
             believed.force = zero;

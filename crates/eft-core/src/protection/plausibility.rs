@@ -356,6 +356,12 @@ impl<T: Real> PlausibilityState<T> {
         }
     }
 
+    /// The last accepted readings, in the order of [`FORCE`] and its siblings.
+    #[inline(always)]
+    pub(crate) fn accepted(&self) -> [T; 4] {
+        self.signals.each_ref().map(|signal| signal.last)
+    }
+
     /// Whether the reading of the force jumped in this tick.
     #[inline(always)]
     pub(crate) fn force_jumped(&self) -> bool {

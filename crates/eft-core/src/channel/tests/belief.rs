@@ -47,6 +47,43 @@ fn the_force_loop_is_open_while_the_force_jumps() {
 }
 
 #[test]
+fn after_a_trip_the_last_reading_replaces_a_lost_one_and_the_output_is_not_held() {
+    let channel = watched();
+    let moves = |tick: u32| {
+        let displacement = -20.0 * libm::cos(0.01 * f64::from(tick)) / RIG.sample_rate;
+        Input { displacement, ..swing(tick) }
+    };
+    let mut before = channel.at_rest();
+    for tick in 0..60 {
+        channel.step(&mut before, &moves(tick));
+    }
+    let [last, next] = [59, 60].map(moves);
+    let lost = f64::NAN;
+    for (gone, repeats) in [
+        (Input { force: lost, ..next }, Input { force: last.force, ..next }),
+        (Input { velocity: lost, ..next }, Input { velocity: last.velocity, ..next }),
+        (Input { spool: lost, ..next }, Input { spool: last.spool, ..next }),
+    ] {
+        for trips in [false, true] {
+            let step = |input| {
+                let mut state = before;
+                if trips {
+                    state.protection.trip();
+                }
+                let output = channel.step(&mut state, input);
+                (output.voltage, output.status & status::INVALID_MEASUREMENT != 0)
+            };
+            assert_eq!((step(&gone) == step(&repeats), step(&gone).1), (trips, !trips), "{gone:?}");
+        }
+    }
+    // If the sensor stays lost, the watch blames it, as before a trip.
+    before.protection.trip();
+    let flags = |state: &mut _| channel.step(state, &Input { velocity: lost, ..next }).status;
+    let late = (0..20).map(|_| flags(&mut before)).position(|flags| flags & status::VELOCITY_DISTRUSTED != 0);
+    assert_eq!(late, Some(10));
+}
+
+#[test]
 fn a_force_that_contradicts_the_flow_leaves_the_velocity_in_doubt() {
     let channel = watched();
     let mut state = channel.at_rest();
