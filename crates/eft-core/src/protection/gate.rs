@@ -51,7 +51,7 @@ pub(crate) struct Signal<T> {
     /// Liveliness: share of the readings that were off the line of the two earlier ones, as noise is.
     liveliness: T,
     /// Probability that a working sensor gives the present series of still readings; 0 before the first.
-    likelihood: T,
+    pub(crate) likelihood: T,
     /// The last change from reading to reading.
     step: T,
     /// Whether the last reading that was not accepted was a number.
@@ -79,6 +79,12 @@ impl<T: Real> Signal<T> {
     #[inline(always)]
     pub(crate) fn is_quiet(&self) -> bool {
         self.repeats > 0 || self.likelihood < T::splat(1.0)
+    }
+
+    /// Whether a working sensor is as still as this one with a smaller probability than this.
+    #[inline(always)]
+    pub(crate) fn is_stiller(&self, chance: T) -> bool {
+        self.likelihood > T::splat(0.0) && self.likelihood < chance
     }
 }
 
@@ -138,7 +144,7 @@ impl<T: Real> SensorGate<T> {
     /// Whether a signal has been still for longer than its noise allows.
     #[inline(always)]
     pub(crate) fn is_still(&self, signal: &Signal<T>) -> bool {
-        signal.likelihood > T::splat(0.0) && signal.likelihood < self.chance
+        signal.is_stiller(self.chance)
     }
 
     /// Largest jump of the force; friction changes its sign with the velocity.

@@ -12,6 +12,10 @@ use crate::signals::Input;
 /// largest recent speed. This is so if one of the two has the wrong sign.
 const CLEARLY: f64 = 0.25;
 
+/// Probability that a working sensor is as still as a frozen one. It is much larger than without a contradiction, because
+/// here it only selects the sensor.
+const FROZEN: f64 = 0.01;
+
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// A signal that stays lost.
     #[inline(always)]
@@ -83,7 +87,12 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     #[inline(always)]
     pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
         let beyond = |n: usize, share: f64| self.is_beyond(state, n, share);
-        let frozen = |n: usize| state.signals.get(n).is_some_and(|signal| signal.repeats >= self.repeats);
+        let frozen = |n: usize| {
+            state
+                .signals
+                .get(n)
+                .is_some_and(|signal| signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN)))
+        };
         let motion = || {
             let displacement =
                 !frozen(VELOCITY) && (frozen(DISPLACEMENT) || state.evidence.is_of_displacement());

@@ -85,6 +85,24 @@ fn the_sums_name_the_sensor() {
 }
 
 #[test]
+fn a_sensor_that_is_too_still_for_its_noise_is_blamed_before_its_repetitions_are_enough() {
+    let watch = watch();
+    // A working sensor without noise has 1, one before its first reading 0.
+    for (likelihood, cause) in [
+        (0.0, Cause::ForceImplausible),
+        (1.0, Cause::ForceImplausible),
+        (0.011, Cause::ForceImplausible),
+        (0.009, Cause::SpoolImplausible),
+    ] {
+        for sum in [FAST, TURNED] {
+            let mut state = with(&[(sum, 1.01)], &[]);
+            state.signals[SPOOL].likelihood = likelihood;
+            assert_eq!(watch.contradiction(&state, 1.0), cause, "{likelihood}");
+        }
+    }
+}
+
+#[test]
 fn a_share_of_the_limits_is_enough_except_for_balance_and_stroke() {
     for (of, cause) in [
         (TRAVEL, Cause::DisplacementImplausible),
