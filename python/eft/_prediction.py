@@ -31,8 +31,6 @@ class Prediction(NamedTuple):
     """Of the force, against the command."""
     displacement: PredictedError
     """Of the displacement, against the ideal one."""
-    opening: float
-    """Root mean square of the spool opening."""
     constants: dict[str, float]
     """Keys that cause a constant force, with the force in N."""
     left_out: tuple[str, ...]
@@ -47,7 +45,6 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     return Prediction(
         PredictedError(*found["force"]),
         PredictedError(*found["displacement"]),
-        found["opening"],
         dict(found["constants"]),
         tuple(found["left_out"]),
     )
@@ -87,10 +84,12 @@ def _of_constant(rig: Rig, constants: dict[str, float]) -> str:
     key, force = max(constants.items(), key=lambda one: one[1])
     makes = f"makes a constant force of {1e-3 * force:.2g} kN"
     if key == "servovalve.null_bias":
-        true, known = rig.plant[key], rig[key]
+        valve = rig.plant["servovalve"]
+        true = valve["null_bias"] * valve["spool_sensitivity"] * valve["spool_stroke"]
+        known = rig[key] / rig["compensation.valve_gain"]
         return (
-            f"The valve is at its null at an opening of {true:.2%}, and the controller expects {known:.2%}: "
-            f"this {makes}. An integral part (controller.integral_gain) of a digital force loop removes it."
+            f"The valve is at its true null with a command of {true:.2g} V, and the controller gives "
+            f"{known:.2g} V: this {makes}. An integral part (controller.integral_gain) of a digital force loop removes it."
         )
     sensor = key.split(".")[1]
     remedy = "" if sensor == "force" else ", or an integral part (controller.integral_gain) of a digital loop"

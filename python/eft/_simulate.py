@@ -97,7 +97,8 @@ def _step_of(controller: StepController) -> Callable[..., Any]:
         return step  # of an extension module that does not tell its arguments
     try:
         # Each signal stands for its own name.
-        taken = signature.bind(*_READ, **{name: name for name in _NAMED}).arguments
+        bound = signature.bind(*_READ, **{name: name for name in _NAMED}).arguments
+        taken = {name: value for name, value in bound.items() if isinstance(value, str)}
     except TypeError:
         taken = None
     if taken is None or any(taken.get(name, name) != name for name in (*_READ, *_NAMED)):

@@ -93,9 +93,9 @@ class NeverMade:
 @pytest.mark.parametrize(
     ("controller", "says"),
     [
-        (Nan, "ValueError: step = NaN: must return a finite number of single precision, in V"),
+        (Nan, "ValueError: controller.step = NaN: must return a finite number of single precision, in V"),
         (Raises, "ZeroDivisionError: in the middle"),
-        (WrongShape, "ValueError: step = an object of type ndarray: must return one number, in V"),
+        (WrongShape, "ValueError: controller.step = an object of type ndarray: must return one number, in V"),
         (NoStep, "ValueError: controller = 'NoStep': must have a method step"),
         (NeverMade, "TypeError: NeverMade.__init__() got an unexpected keyword argument 'sample_rate'"),
     ],
@@ -162,7 +162,7 @@ def test_an_entry_point_is_found(monkeypatch):
         "importlib.metadata.entry_points", lambda **asked: [Entry] if asked["name"] == "theirs" else []
     )
     [row] = judged("theirs")
-    assert row.controller == "theirs" and row.lost.startswith("ValueError: step = NaN")
+    assert row.controller == "theirs" and row.lost.startswith("ValueError: controller.step = NaN")
 
 
 def test_the_same_seeds_give_the_same_table(tmp_path):

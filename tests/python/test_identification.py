@@ -401,3 +401,13 @@ def test_bad_files_are_refused_by_name_and_reason(laboratory, tmp_path):
     # In other functions a missing sample is an error.
     with pytest.raises(ValueError, match="column 3"):
         eft.traces.read_traces(laboratory["valve"])
+
+
+@pytest.mark.parametrize(("damping_ratio", "duration"), [(0.02, 8.0), (0.005, 32.0)])
+def test_the_delay_of_a_resonant_motion_is_found(damping_ratio, duration):
+    rig = eft.Rig.zhao2005()
+    critical = 2.0 * np.sqrt(rig["structure.stiffness"] * rig["structure.mass"])
+    rig = rig.replace({"structure.damping": damping_ratio * critical})
+    run = eft.simulate(rig, eft.sine_sweep(2200.0, 0.0, 10.0, duration, 4096.0))
+    found = eft.identify_delay(run.valve_command, run.spool, 4096.0)
+    assert found == pytest.approx(eft.linear.delay_budget(rig).valve, rel=0.2)

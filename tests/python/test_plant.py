@@ -114,4 +114,7 @@ def test_a_second_thread_is_refused(kind):
             break
     ended.set()
     other.join()
-    assert refused == [f"eft.{kind.__name__} is in the middle of another call: make one for each thread"]
+    assert refused == [
+        f"eft.{kind.__name__} is in the middle of another call: make one for each thread, and in a structure "
+        "use what its own step was given"
+    ]

@@ -28,7 +28,10 @@ impl<T> OneCaller<T> {
             Err(TryLockError::Poisoned(state)) => Ok(state.into_inner()),
             Err(TryLockError::WouldBlock) => {
                 let class = self.class;
-                let reason = format!("{class} is in the middle of another call: make one for each thread");
+                let reason = format!(
+                    "{class} is in the middle of another call: make one for each thread, and in a structure use what \
+                     its own step was given"
+                );
                 Err(PyRuntimeError::new_err(reason))
             }
         }

@@ -169,7 +169,7 @@ pub(crate) fn learned(rig: &Rig, sample_rate: f64) -> PyResult<Rig> {
 /// -------
 /// dict or None
 ///     ``force`` and ``displacement``: the whole error, and its parts by noise and by constant forces, rms over rms.
-///     ``opening``: root mean square of the spool opening. ``constants``: keys with the constant force in N that each
+///     ``constants``: keys with the constant force in N that each
 ///     causes. ``left_out``: keys whose effect is not contained.
 #[pyfunction]
 pub(crate) fn predicted_errors<'py>(
@@ -184,7 +184,6 @@ pub(crate) fn predicted_errors<'py>(
     let answer = PyDict::new(py);
     answer.set_item("force", parts(found.force))?;
     answer.set_item("displacement", parts(found.displacement))?;
-    answer.set_item("opening", found.opening)?;
     answer.set_item("constants", found.constants)?;
     answer.set_item("left_out", found.left_out)?;
     Ok(Some(answer))

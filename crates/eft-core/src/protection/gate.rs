@@ -56,7 +56,7 @@ pub(crate) struct Signal<T> {
     step: T,
     /// Whether the last reading that was not accepted was a number.
     pub(crate) jumped: bool,
-    seen: bool,
+    pub(crate) seen: bool,
 }
 integrity!(Signal<T>: last, slope, lost, jumps, returned, repeats, liveliness, likelihood, step, jumped, seen);
 

@@ -356,10 +356,10 @@ impl<T: Real> PlausibilityState<T> {
         }
     }
 
-    /// The last accepted readings, in the order of [`FORCE`] and its siblings.
+    /// The last accepted readings, in the order of [`FORCE`] and its siblings; NaN where there is none since the start.
     #[inline(always)]
     pub(crate) fn accepted(&self) -> [T; 4] {
-        self.signals.each_ref().map(|signal| signal.last)
+        self.signals.each_ref().map(|signal| if signal.seen { signal.last } else { T::splat(f64::NAN) })
     }
 
     /// Whether the reading of the force jumped in this tick.

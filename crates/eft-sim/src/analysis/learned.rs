@@ -41,7 +41,8 @@ pub fn learned(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
     let late = budget.hold + budget.computation - unfound;
     let lead = Lead::with_phase(motion.angular * late - passed.arg(), rig.compensation.lead_alpha);
     let level = plant.compensation.level;
-    let found_level = level * level / (compensated_share(&plant)? * lead.amplitude * passed.norm());
+    let share = if level > 0.0 { compensated_share(&plant)? / level } else { 1.0 };
+    let found_level = level / (share * lead.amplitude * passed.norm());
     plant.replace(&[
         ("compensation.response_delay", (lead.delay / motion.angular).min(LONGEST).into()),
         ("compensation.velocity_delay", 0.0.into()),

@@ -17,6 +17,8 @@ const LEAST_ALIKE: f64 = 0.5;
 const MOST_FROM_ENDS: f64 = 0.7;
 /// Coherence below which phases count as random.
 const LEAST_COHERENCE: f64 = 0.6;
+/// Coherence that is enough for any number of frequencies.
+const RESONANT: f64 = 0.99;
 /// Probability with which random phases may have more than the least coherence.
 const CHANCE: f64 = 1e-3;
 
@@ -136,11 +138,11 @@ fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayE
     let least = least_coherence(size * size / cross.iter().map(|(_, s)| s.norm_sqr()).sum::<f64>());
     if coherence.is_nan() || coherence < least {
         let few = if least > LEAST_COHERENCE {
-            format!(", of few frequencies below {least:.2}")
+            format!(", of few frequencies below {least:.3}")
         } else {
             String::new()
         };
-        return refuse(format!("coherence {coherence:.2}{few}"));
+        return refuse(format!("coherence {coherence:.3}{few}"));
     }
     let delay = coarse - slope / TAU;
     let intercept = phase_mean - slope * frequency_mean - level.arg();
@@ -171,7 +173,8 @@ fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayE
 /// `n·(1 - c)^(n - 2)`.
 fn least_coherence(n: f64) -> f64 {
     let random = 1.0 - libm::pow(CHANCE / n, 1.0 / (n - 2.0).max(0.0));
-    if random > LEAST_COHERENCE * LEAST_COHERENCE { random.sqrt() } else { LEAST_COHERENCE }
+    // A resonance can have nearly all of the power. A response that follows it is more coherent than this.
+    random.max(0.0).sqrt().clamp(LEAST_COHERENCE, RESONANT)
 }
 
 /// A mask with 1 in valid samples, 0 in gaps, and raised cosines of `ramp` samples between. It acts equally

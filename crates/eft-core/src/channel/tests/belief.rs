@@ -76,6 +76,13 @@ fn after_a_trip_the_last_reading_replaces_a_lost_one_and_the_output_is_not_held(
             assert_eq!((step(&gone) == step(&repeats), step(&gone).1), (trips, !trips), "{gone:?}");
         }
     }
+    // `prime` forgets the readings: until there is a new one the output is held.
+    let mut primed = before;
+    primed.protection.trip();
+    channel.prime(&mut primed, &next);
+    let held = channel.hold(&primed).voltage;
+    let output = channel.step(&mut primed, &Input { velocity: lost, ..next });
+    assert_eq!((output.voltage, output.status & status::INVALID_MEASUREMENT != 0), (held, true));
     // If the sensor stays lost, the watch blames it, as before a trip.
     before.protection.trip();
     let flags = |state: &mut _| channel.step(state, &Input { velocity: lost, ..next }).status;

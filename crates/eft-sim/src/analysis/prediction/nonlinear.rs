@@ -1,22 +1,25 @@
-//! The effect of a lap and of a friction that the controller does not know, to first order.
+//! The effect of a lap that the controller does not know, and of friction, to first order.
 //!
 //! Both follow the sign of a signal of the linear loop. An unknown overlap `Δ` takes the opening `Δ` from an open
-//! valve. An unknown friction `ΔF` takes the force `ΔF` from a moving piston.
+//! valve. Friction takes its force from a moving piston. The compensation is assumed to supply the flow of the motion.
 
 use crate::analysis::linear::{Complex, DMatrix, Disturbance, StateSpace, valve_response};
-use crate::analysis::prediction::signals::{Faded, Signals, Spectrum, motion_of_force, outputs};
+use crate::analysis::prediction::signals::{Faded, Signals, Spectrum, outputs};
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
 
 /// Highest frequency (Hz) of the effects.
 const HIGHEST: f64 = 100.0;
+/// Lap over root-mean-square opening beyond which the predicted force error is more than a tenth too small.
+const LARGE: f64 = 0.02;
 /// Opening of the learned curve's first node over the largest one.
 const FIRST_NODE: f64 = 1.0 / 7.0;
 
-/// The true values less the known ones.
+/// The lap that is not known, and the friction. To know the friction improves the learning, and hardly the force: the loop
+/// must still move the piston by the oil's compression at each reversal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Unknown {
-    /// Overlap (1).
+    /// True overlap less the known one (1).
     overlap: f64,
     /// Friction (N), and the velocity (m/s) beyond which it is complete.
     friction: f64,
@@ -39,7 +42,7 @@ impl Unknown {
         let plant = rig.plant();
         Self {
             overlap: plant.servovalve.overlap - rig.servovalve.overlap,
-            friction: plant.actuator.friction - rig.actuator.friction,
+            friction: plant.actuator.friction,
             friction_velocity: plant.actuator.friction_velocity,
             learned: match (rig.compensation.adaptive, rig.compensation.curve_correction) {
                 (false, _) => Learned::Nothing,
@@ -51,6 +54,11 @@ impl Unknown {
 
     pub(super) fn any(&self) -> bool {
         self.overlap != 0.0 || self.friction != 0.0
+    }
+
+    /// Whether the lap is too large beside the root-mean-square opening (1) for a first order.
+    pub(super) fn is_large(&self, opening: f64) -> bool {
+        self.overlap.abs() > LARGE * opening
     }
 
     /// Adds the effects on force and motion to the signals of a rig with this model.
@@ -67,19 +75,19 @@ impl Unknown {
         let input = |of: Disturbance| (0..count).map(|i| of.input(i, count)).collect::<Vec<_>>();
         let (valve, cell) = (input(Disturbance::Converter), input(Disturbance::Force));
         for bin in 0..=wide.last {
-            let (all, frequency) = (wide.responses(&responses, bin)?, wide.frequency(bin));
-            let per_volt = volts_per_opening(rig, frequency);
+            let all = wide.responses(&responses, bin)?;
+            let per_volt = volts_per_opening(rig, wide.frequency(bin));
             let opening = DMatrix::from_fn(count, 1, |i, _| lost[i].opening[bin] * per_volt);
             let friction = DMatrix::from_fn(count, 1, |i, _| lost[i].force[bin]);
             let by_lap = all.select_columns(&valve) * opening;
             // The loop opposes a change of the force as a change of its reading.
             let force = &friction + all.select_columns(&cell).rows(0, count) * &friction;
-            let motion = motion_of_force(&all, count, &force, frequency)?;
             for (i, own) in signals.iter_mut().enumerate() {
                 own.missed_force.resize(wide.last + 1, Complex::ZERO);
                 own.missed_motion.resize(wide.last + 1, Complex::ZERO);
                 own.missed_force[bin] += by_lap[i] + force[i];
-                own.missed_motion[bin] += by_lap[count + i] + motion[i];
+                // Friction also damps the motion, so a first order is much too large there.
+                own.missed_motion[bin] += by_lap[count + i];
             }
         }
         Ok(())

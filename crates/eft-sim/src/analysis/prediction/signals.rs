@@ -11,6 +11,8 @@ use crate::state_space::Responses;
 
 /// Highest frequency (Hz) of a prediction.
 const HIGHEST: f64 = 20.0;
+/// Silence (s) after a test.
+const SILENCE: f64 = 0.5;
 /// Factor by which the signals fade over a test.
 const FADED: f64 = 30.0;
 
@@ -21,6 +23,8 @@ pub(super) type Spectrum = Vec<Complex<f64>>;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Faded {
     samples: usize,
+    /// With silence after the test, into which a motion that goes on at its end can ring.
+    length: usize,
     sample_rate: f64,
     /// Index of the highest frequency.
     pub(super) last: usize,
@@ -32,37 +36,39 @@ impl Faded {
         let first = commands.first()?;
         let samples = commands.iter().map(|command| command.values.len()).min()?;
         let silent = commands.iter().all(|command| command.values.iter().all(|value| *value == 0.0));
-        (!silent).then_some(Self { samples, sample_rate: first.sample_rate, last: 0 }.up_to(HIGHEST))
+        let length = samples + (SILENCE * first.sample_rate) as usize;
+        (!silent).then_some(Self { samples, length, sample_rate: first.sample_rate, last: 0 }.up_to(HIGHEST))
     }
 
     /// Up to another frequency (Hz).
     pub(super) fn up_to(self, frequency: f64) -> Self {
-        let last = (frequency / self.sample_rate * self.samples as f64) as usize;
-        Self { last: last.min(self.samples.saturating_sub(1) / 2), ..self }
+        let last = (frequency / self.sample_rate * self.length as f64) as usize;
+        Self { last: last.min(self.length.saturating_sub(1) / 2), ..self }
     }
 
     /// Frequency (Hz) of a bin.
     pub(super) fn frequency(&self, bin: usize) -> f64 {
-        bin as f64 * self.sample_rate / self.samples as f64
+        bin as f64 * self.sample_rate / self.length as f64
     }
 
     /// Factor by which a signal without fading exceeds the faded one at a sample.
     fn growth(&self, sample: usize) -> f64 {
-        FADED.powf(sample as f64 / self.samples as f64)
+        FADED.powf(sample as f64 / self.length as f64)
     }
 
     /// Spectrum of a signal.
     pub(super) fn spectrum(&self, signal: impl IntoIterator<Item = f64>) -> Result<Spectrum> {
         let signal = signal.into_iter().take(self.samples).enumerate();
         let faded: Vec<f64> = signal.map(|(i, value)| value / self.growth(i)).collect();
-        Ok(fourier::spectrum(&faded)?.into_iter().take(self.last + 1).collect())
+        Ok(fourier::padded_spectrum(&faded, self.length)?.into_iter().take(self.last + 1).collect())
     }
 
     /// The signal with a spectrum.
     pub(super) fn signal(&self, mut spectrum: Spectrum) -> Result<impl Iterator<Item = f64>> {
-        spectrum.resize(self.samples / 2 + 1, Complex::ZERO);
-        let (faded, own) = (fourier::signal_of(spectrum, self.samples)?, *self);
-        Ok(faded.into_iter().enumerate().map(move |(i, value)| own.growth(i) * value / own.samples as f64))
+        spectrum.resize(self.length / 2 + 1, Complex::ZERO);
+        let (faded, own) = (fourier::signal_of(spectrum, self.length)?, *self);
+        let signal = faded.into_iter().take(self.samples).enumerate();
+        Ok(signal.map(move |(i, value)| own.growth(i) * value / own.length as f64))
     }
 
     /// Root mean square of the sum of a signal with a spectrum and a constant.
@@ -71,10 +77,18 @@ impl Faded {
         Ok((sum / self.samples as f64).sqrt())
     }
 
+    /// Whether the band has at least half of the commands' power.
+    pub(super) fn contain(&self, signals: &[Signals], commands: &[Command]) -> Result<bool> {
+        let power = |command: &Command| command.values.iter().map(|value| value * value).sum::<f64>();
+        let whole: f64 = commands.iter().map(power).sum::<f64>() / self.samples as f64;
+        let within = signals.iter().map(|own| Ok(self.rms(own.command.clone(), 0.0)?.powi(2)));
+        Ok(within.sum::<Result<f64>>()? >= 0.5 * whole)
+    }
+
     /// The responses of a model at a bin.
     pub(super) fn responses(&self, model: &Responses, bin: usize) -> Result<DMatrix<Complex<f64>>> {
         interruption::check()?;
-        let turn = Complex::from_polar(self.growth(1), TAU * bin as f64 / self.samples as f64);
+        let turn = Complex::from_polar(self.growth(1), TAU * bin as f64 / self.length as f64);
         model.at(turn).ok_or_else(|| on_a_pole(self.frequency(bin)))
     }
 }
@@ -132,7 +146,7 @@ pub(super) fn outputs(model: &StateSpace, quantities: &[&str]) -> Responses {
 
 /// The motion of the structure under forces, as under the commands that make them. The first rows of `all` are
 /// force and displacement.
-pub(super) fn motion_of_force(
+fn motion_of_force(
     all: &DMatrix<Complex<f64>>,
     count: usize,
     force: &DMatrix<Complex<f64>>,

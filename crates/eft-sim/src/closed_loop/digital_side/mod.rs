@@ -6,7 +6,7 @@ mod valve_command;
 
 pub(crate) use parts::{DigitalSide, Feedback};
 
-use eft_core::{ControllerState, Input, Mask, Real, SavedCalibration, Scalar};
+use eft_core::{ControllerState, Mask, Real, SavedCalibration, Scalar};
 
 use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::channels::ChannelKind;
@@ -67,18 +67,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
                 rig(i).calibration.as_ref()
             })?))
         } else if S::LANES != C::LANES || kind != ChannelKind::Controller {
-            let of = |(i, p)| {
-                let mut channel = RigChannel::new(p, rig(i).calibration.as_ref())?;
-                // A velocity estimate starts from the reading at rest, as that of a running controller does.
-                let sensors = &rig(i).plant().sensors;
-                channel.prime(&Input {
-                    displacement: sensors.displacement.bias,
-                    acceleration: sensors.acceleration.bias,
-                    force: sensors.force.bias,
-                    ..Input::default()
-                });
-                Ok(channel)
-            };
+            let of = |(i, p)| RigChannel::new(p, rig(i).calibration.as_ref());
             let channels = parameters.iter().enumerate().map(of).collect::<Result<_>>()?;
             Source::Channels(channels, Box::default())
         } else {
