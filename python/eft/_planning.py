@@ -279,9 +279,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     long run, after a self-calibration, with noise, resolution and bias of the sensors and a null bias of the
     valve that the controller does not know. To learn or to integrate a null takes up to minutes. A lap of the
     spool that the controller does not know counts to first order. Above a fiftieth of the opening it makes
-    larger force errors, and ``left_out`` names it. Friction counts in the force's error only. Resolution counts as
-    white noise of the rounding. A large opening, a limit, or a signal that stays within one step for many
-    samples makes larger errors.
+    larger force errors, and ``left_out`` names it. Friction counts in the force's error only. Resolution
+    counts as white noise of the rounding. A large opening, a limit, or a signal that stays within one step
+    for many samples makes larger errors.
 
     Parameters
     ----------

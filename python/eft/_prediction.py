@@ -89,7 +89,8 @@ def _of_constant(rig: Rig, constants: dict[str, float]) -> str:
         known = rig[key] / rig["compensation.valve_gain"]
         return (
             f"The valve is at its true null with a command of {true:.2g} V, and the controller gives "
-            f"{known:.2g} V: this {makes}. An integral part (controller.integral_gain) of a digital force loop removes it."
+            f"{known:.2g} V: this {makes}. An integral part (controller.integral_gain) of a digital force "
+            "loop removes it."
         )
     sensor = key.split(".")[1]
     remedy = "" if sensor == "force" else ", or an integral part (controller.integral_gain) of a digital loop"
