@@ -359,7 +359,9 @@ impl<T: Real> PlausibilityState<T> {
     /// The last accepted readings, in the order of [`FORCE`] and its siblings; NaN where there is none since the start.
     #[inline(always)]
     pub(crate) fn accepted(&self) -> [T; 4] {
-        self.signals.each_ref().map(|signal| if signal.seen { signal.last } else { T::splat(f64::NAN) })
+        let last = |signal: &Signal<T>| if signal.seen { signal.last } else { T::splat(f64::NAN) };
+        let [force, displacement, velocity, spool] = &self.signals;
+        [last(force), last(displacement), last(velocity), last(spool)]
     }
 
     /// Whether the reading of the force jumped in this tick.

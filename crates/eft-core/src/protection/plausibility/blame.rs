@@ -2,7 +2,7 @@
 
 use crate::cause::Cause;
 use crate::number::Real;
-use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
+use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, Signal, VELOCITY};
 use crate::protection::plausibility::{
     AGAINST, BALANCE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
 };
@@ -87,35 +87,25 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     #[inline(always)]
     pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
         let beyond = |n: usize, share: f64| self.is_beyond(state, n, share);
-        let frozen = |n: usize| {
-            state
-                .signals
-                .get(n)
-                .is_some_and(|signal| signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN)))
-        };
-        let motion = || {
-            let displacement =
-                !frozen(VELOCITY) && (frozen(DISPLACEMENT) || state.evidence.is_of_displacement());
-            if displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible }
-        };
+        let [_, _, velocity, spool] = &state.signals;
         if beyond(TRAVEL, share) {
-            motion()
+            self.of_motion(state)
         } else if beyond(RATIO, share) {
             self.of_ratio(state)
         } else if beyond(AGAINST, 1.0) {
             Cause::SpoolImplausible
         } else if beyond(TURNED, share) || beyond(FAST, share) {
-            if frozen(SPOOL) {
+            if self.is_frozen(spool) {
                 Cause::SpoolImplausible
-            } else if beyond(TRAVEL, 0.3) || frozen(VELOCITY) {
-                motion()
+            } else if beyond(TRAVEL, 0.3) || self.is_frozen(velocity) {
+                self.of_motion(state)
             } else {
                 Cause::ForceImplausible
             }
         } else if beyond(BALANCE, 1.0) {
             if beyond(TRAVEL, 0.3) {
-                motion()
-            } else if beyond(STROKE, 0.05) || frozen(SPOOL) {
+                self.of_motion(state)
+            } else if beyond(STROKE, 0.05) || self.is_frozen(spool) {
                 Cause::SpoolImplausible
             } else {
                 Cause::FlowImplausible
@@ -125,6 +115,21 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         } else {
             Cause::None
         }
+    }
+
+    /// Velocity and displacement move differently.
+    #[inline(always)]
+    fn of_motion(&self, state: &PlausibilityState<T>) -> Cause {
+        let [_, displacement, velocity, _] = &state.signals;
+        let of_displacement = !self.is_frozen(velocity)
+            && (self.is_frozen(displacement) || state.evidence.is_of_displacement());
+        if of_displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible }
+    }
+
+    /// Whether a reading repeats, or is too still for its noise.
+    #[inline(always)]
+    fn is_frozen(&self, signal: &Signal<T>) -> bool {
+        signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN))
     }
 
     /// Whether a sum is beyond a share of its limit.
