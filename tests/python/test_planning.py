@@ -230,6 +230,8 @@ def test_the_check_names_what_its_errors_do_not_contain(key, value):
     rig = RIG.replace({key: value})
     found = eft.check_feasibility(rig, command)
     assert found.left_out == (key,)
+    wrong = rig.replace({f"truth.{key}": 2.0 * value})
+    assert eft.check_feasibility(wrong, command).left_out == (key,)
     assert eft.check_feasibility(RIG, command).left_out == ()
     assert eft.simulate(rig, command).metrics().displacement_error > 1.5 * found.displacement_error
 

@@ -356,7 +356,7 @@ impl<T: Real> PlausibilityState<T> {
         }
     }
 
-    /// The last accepted readings, in the order of [`FORCE`] and its siblings; NaN where there is none since the start.
+    /// The last accepted readings of force, displacement, velocity and spool; NaN before the first one.
     #[inline(always)]
     pub(crate) fn accepted(&self) -> [T; 4] {
         let last = |signal: &Signal<T>| if signal.seen { signal.last } else { T::splat(f64::NAN) };

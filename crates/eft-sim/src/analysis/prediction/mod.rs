@@ -122,8 +122,9 @@ fn errors(
     }
     let largest = |all: &Vec<[f64; 2]>| all.iter().map(|one| one[0].abs()).fold(0.0, f64::max);
     let constants = at_rest.constants.iter().map(|(key, all)| (*key, largest(all))).collect();
-    if unknown.is_large(opening) {
-        left_out.push("servovalve.overlap".into());
+    let overlap = "servovalve.overlap";
+    if unknown.is_large(opening) && !left_out.iter().any(|key| key == overlap) {
+        left_out.push(overlap.into());
     }
     Ok(Some(Prediction { force, displacement, constants, left_out }))
 }

@@ -15,8 +15,8 @@ const LARGE: f64 = 0.02;
 /// Opening of the learned curve's first node over the largest one.
 const FIRST_NODE: f64 = 1.0 / 7.0;
 
-/// The lap that is not known, and the friction. To know the friction improves the learning, and hardly the force: the loop
-/// must still move the piston by the oil's compression at each reversal.
+/// The lap that is not known, and the friction. A known friction improves the learning, but hardly the force, because the
+/// loop must still compress the oil at each reversal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Unknown {
     /// True overlap less the known one (1).
