@@ -56,7 +56,7 @@ def test_a_known_bias_at_full_pressure_is_no_disturbance(bias: float, loop: dict
         return eft.simulate(rig.replace(changes), COMMAND)
 
     sound, known = run({}), run({"servovalve.null_bias": bias})
-    assert known.spool[0] == bias and known.cause == eft.Cause.NONE
+    assert known.spool[0] == pytest.approx(bias, rel=1e-12) and known.cause == eft.Cause.NONE
     assert abs(known.force - sound.force)[:400].max() < 1.0
     assert run({"truth.servovalve.null_bias": bias}).cause != eft.Cause.NONE
 
@@ -75,7 +75,9 @@ def test_every_door_starts_at_the_known_bias() -> None:
     changes = {"servovalve.null_bias": 0.1, "truth.servovalve.null_bias": 0.0}
     rig = eft.Rig.zhao2005().replace(changes | {"controller.realization": "digital"})
     plant = eft.Plant(rig)
-    assert plant.state.spool == 0.1
+    # Where the true valve stands under the command of the null.
+    true_gain = 1.0 / (rig["servovalve.spool_sensitivity"] * rig["servovalve.spool_stroke"])
+    assert plant.state.spool == pytest.approx(0.1 * true_gain / rig["compensation.valve_gain"], rel=1e-12)
     assert plant.step(rig["servovalve.null_bias"] / 0.1).spool == pytest.approx(0.1, rel=1e-3)
     floors = building(2, **{"servovalve.null_bias": 0.1})
     still = eft.sine_sweep(1.0, 0.5, 4.0, 0.1, 4096.0)

@@ -95,9 +95,13 @@ const fn age_limit(p: &Parameters) -> Result<u32, ConfigError> {
     Ok(if ticks == NEVER { NEVER } else { ticks / window_ticks(p.sample_rate) })
 }
 
-/// Ticks since the last good one, after a gap of this many.
-fn ticks<T: Real>(gap: u32) -> T {
-    T::from_u32(gap) + T::splat(1.0)
+/// Starts an estimate of the velocity, or resumes it after a gap.
+#[cold]
+#[inline(never)]
+fn resume<T: Real>(velocity: &Velocity<T>, state: &mut ChannelState<T>, input: &Input<T>) {
+    let gap = Some(state.velocity_gap).filter(|gap| *gap != NEVER);
+    state.velocity = velocity.resumed(&state.velocity, input, gap);
+    state.velocity_gap = 0;
 }
 
 /// Whether a channel has none of the [`Parts`].
@@ -221,13 +225,12 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
     }
 
-    /// The velocity of this tick. After a gap an estimate starts from the displacement.
+    /// The velocity of this tick. At the start and after a gap an estimate starts from the displacement.
     #[inline(always)]
     fn velocity(&self, parts: Parts<'_, T, N>, state: &mut ChannelState<T>, input: &Input<T>) -> T {
         let estimates = !matches!(parts.velocity, Velocity::Sensor);
         if estimates && state.velocity_gap >= self.gap_ticks && input.displacement.is_finite() {
-            parts.velocity.resume(&mut state.velocity, input, ticks(state.velocity_gap));
-            state.velocity_gap = 0;
+            resume(parts.velocity, state, input);
         }
         parts.velocity.step(&mut state.velocity, input)
     }

@@ -210,7 +210,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         // After long at one command, the next one is the same.
         let input = &ControllerInput { next_command: input.command, ..*input };
         let good = self.accepts(input);
-        ControllerState::select(good, self.settled(before, input, calibration), self.at_rest())
+        ControllerState::select(
+            good,
+            self.settled(before, input, calibration),
+            self.at_rest_with(calibration),
+        )
     }
 
     /// The steady state at a valid input.
@@ -260,23 +264,39 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
 
     /// The state of a rig at rest, with the valve at its known null.
     pub fn at_rest(&self) -> ControllerState<S> {
+        self.at_rest_with(&self.nominal())
+    }
+
+    /// The state of a rig at rest, with the valve at the null of a calibration. An integral part holds what the
+    /// compensation does not supply.
+    pub fn at_rest_with(&self, calibration: &Calibration<S>) -> ControllerState<S> {
+        let signal = self.compensation.null_signal(calibration);
+        let missed = self.compensation.missed_null_signal(calibration);
+        let integral = self.integral.limited(self.servovalve.proportional_gain * missed);
         ControllerState {
-            compensation: CompensationState::holding(self.compensation.null_signal()),
-            valve_command: self.null_command(),
+            compensation: CompensationState::holding(signal),
+            valve_command: self.command_at_rest(signal, integral),
+            integral,
             ..ControllerState::default()
         }
     }
 
-    /// The compensation signal (V) that holds the valve at its known null.
-    pub fn null_signal(&self) -> S {
-        self.compensation.null_signal()
+    /// The compensation signal (V) that holds the valve at the null of a calibration.
+    pub fn null_signal(&self, calibration: &Calibration<S>) -> S {
+        self.compensation.null_signal(calibration)
     }
 
-    /// The valve command (V) that holds the valve at its known null; for an analog controller the compensation signal.
-    pub(crate) fn null_command(&self) -> S {
-        let signal = self.compensation.null_signal();
+    /// The spool's opening (1) at the null of a calibration.
+    pub(crate) fn null_opening(&self, calibration: &Calibration<S>) -> S {
+        self.compensation.null_opening(calibration)
+    }
+
+    /// The valve command (V) at rest; for an analog controller the compensation signal.
+    fn command_at_rest(&self, signal: S, integral: S) -> S {
         match self.realization {
-            Realization::Digital => self.limiter.settled(self.servovalve.proportional_gain * signal),
+            Realization::Digital => {
+                self.limiter.settled(self.servovalve.proportional_gain * signal + integral)
+            }
             Realization::Analog => signal,
         }
     }
@@ -288,7 +308,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         if !self.compensation.knows_null() {
             return permitted;
         }
-        permitted + (S::splat(1.0) - share) * self.null_command()
+        let null_command = self.command_at_rest(self.compensation.known_null_signal(), S::splat(0.0));
+        permitted + (S::splat(1.0) - share) * null_command
     }
 
     /// The calibration of the configuration, which is the paper's scheme.

@@ -283,6 +283,8 @@ typedef struct eft_error {
 typedef struct eft_channel_f32 { uint64_t marker; float value[323]; } eft_channel_f32;
 // The state of a channel. Each actuator has one.
 typedef struct eft_state_f32 { uint64_t marker; float value[405]; } eft_state_f32;
+// The learner's result for the tick.
+typedef struct eft_calibration_f32 { uint64_t marker; float value[54]; } eft_calibration_f32;
 
 // One tick's command and measurements. A signal that is not given is NaN. If the tick needs it, the tick raises a flag.
 typedef struct eft_input_f32 {
@@ -315,9 +317,6 @@ typedef struct eft_output_f32 {
   eft_window_f32 window;             // for eft_learn, if window_closed is 1
 } eft_output_f32;
 
-// The learner's result for the tick.
-typedef struct eft_calibration_f32 { uint64_t marker; float value[54]; } eft_calibration_f32;
-
 // Checks the parameters and makes a configuration from them. After a refusal every function refuses *channel, and *why
 // (may be null) has the reason.
 EFT_NODISCARD uint8_t eft_configure_f32(const eft_parameters *parameters, eft_channel_f32 *channel, eft_error *why);
@@ -333,8 +332,14 @@ EFT_NODISCARD uint8_t eft_integrity_f32(const eft_channel_f32 *channel, uint32_t
 // Sets *word to a checksum of a state. Compare the checksum after a tick with that before the next tick.
 EFT_NODISCARD uint8_t eft_state_integrity_f32(const eft_state_f32 *state, uint32_t *word);
 
-// Makes the state of a rig at rest, with the nominal calibration and without trip or request.
+// Makes the state of a rig at rest, with the nominal calibration and without trip or request. An estimated velocity
+// starts at zero from the first displacement.
 EFT_NODISCARD uint8_t eft_reset_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
+
+// Like eft_reset, with the valve at the null of a calibration from eft_first_calibration, which is in use from the
+// first tick.
+EFT_NODISCARD uint8_t eft_reset_with_f32(const eft_channel_f32 *channel, const eft_calibration_f32 *calibration,
+    eft_state_f32 *state);
 
 // Sets every field to NaN, for signals that the rig does not have.
 EFT_NODISCARD uint8_t eft_input_init_f32(eft_input_f32 *input);
@@ -426,7 +431,7 @@ typedef struct eft_learned_f32 {
   float null_offset_deviation;       // 1
   float level;                       // 1; the guard's factor on the compensation level
   float test_ratio;                  // 1; unexplained over permitted residual of the models: above 1 nothing is learned
-  uint32_t window;                   // number of its window; UINT32_MAX if it comes from the configuration
+  uint32_t window;                   // number of its window; UINT32_MAX from the configuration or what was saved
   uint32_t status;                   // EFT_ADAPTATION_FROZEN, EFT_ESTIMATE_BOUNDED, EFT_LEVEL_REDUCED
 } eft_learned_f32;
 
@@ -446,10 +451,15 @@ EFT_NODISCARD uint8_t eft_learner_state_integrity_f32(const eft_learner_state_f3
 // Makes the state of a learner that has learned nothing yet.
 EFT_NODISCARD uint8_t eft_learner_reset_f32(const eft_learner_f32 *learner, eft_learner_state_f32 *state);
 
-// Like eft_learner_reset, but the learner starts from a saved calibration, which takes effect with the third window.
-// Refuses data that the learner cannot have saved. *why (may be null) then has the reason.
+// Like eft_learner_reset, but the learner starts from a saved calibration. Then start the channel by
+// eft_first_calibration and eft_reset_with. Refuses data that the learner cannot have saved. *why (may be null) then
+// has the reason.
 EFT_NODISCARD uint8_t eft_start_from_f32(const eft_learner_f32 *learner, const eft_saved_calibration *saved,
     eft_learner_state_f32 *state, eft_error *why);
+
+// Makes the calibration of the learner's present estimates, for eft_reset_with.
+EFT_NODISCARD uint8_t eft_first_calibration_f32(const eft_learner_f32 *learner, const eft_learner_state_f32 *state,
+    eft_calibration_f32 *calibration);
 
 // Saves the calibration, after a test.
 EFT_NODISCARD uint8_t eft_save_calibration_f32(const eft_learner_f32 *learner, const eft_learner_state_f32 *state,
@@ -506,13 +516,13 @@ EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibratio
 
 typedef struct eft_channel_f64 { uint64_t marker; double value[323]; } eft_channel_f64;
 typedef struct eft_state_f64 { uint64_t marker; double value[405]; } eft_state_f64;
+typedef struct eft_calibration_f64 { uint64_t marker; double value[54]; } eft_calibration_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
     double load_pressure; } eft_input_f64;
 typedef struct eft_window_f64 { uint64_t marker; double value[14]; } eft_window_f64;
 typedef struct eft_output_f64 { double voltage; double compensation; double velocity; double permitted_command;
     double authority; uint32_t status; uint32_t window_closed; eft_window_f64 window; } eft_output_f64;
-typedef struct eft_calibration_f64 { uint64_t marker; double value[54]; } eft_calibration_f64;
 typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; uint32_t offered; uint32_t taken; } eft_channels_f64;
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; uint32_t offered; uint32_t taken; } eft_windows_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; uint32_t offered; uint32_t taken;
@@ -528,6 +538,8 @@ EFT_NODISCARD uint8_t eft_check_f64(const eft_channel_f64 *channel, const eft_pa
 EFT_NODISCARD uint8_t eft_integrity_f64(const eft_channel_f64 *channel, uint32_t *word);
 EFT_NODISCARD uint8_t eft_state_integrity_f64(const eft_state_f64 *state, uint32_t *word);
 EFT_NODISCARD uint8_t eft_reset_f64(const eft_channel_f64 *channel, eft_state_f64 *state);
+EFT_NODISCARD uint8_t eft_reset_with_f64(const eft_channel_f64 *channel, const eft_calibration_f64 *calibration,
+    eft_state_f64 *state);
 EFT_NODISCARD uint8_t eft_input_init_f64(eft_input_f64 *input);
 EFT_NODISCARD uint8_t eft_prime_f64(const eft_channel_f64 *channel, eft_state_f64 *state, const eft_input_f64 *input);
 EFT_NODISCARD uint8_t eft_step_f64(const eft_channel_f64 *channel, eft_state_f64 *state, const eft_input_f64 *input,
@@ -556,6 +568,8 @@ EFT_NODISCARD uint8_t eft_learner_state_integrity_f64(const eft_learner_state_f6
 EFT_NODISCARD uint8_t eft_learner_reset_f64(const eft_learner_f64 *learner, eft_learner_state_f64 *state);
 EFT_NODISCARD uint8_t eft_start_from_f64(const eft_learner_f64 *learner, const eft_saved_calibration *saved,
     eft_learner_state_f64 *state, eft_error *why);
+EFT_NODISCARD uint8_t eft_first_calibration_f64(const eft_learner_f64 *learner, const eft_learner_state_f64 *state,
+    eft_calibration_f64 *calibration);
 EFT_NODISCARD uint8_t eft_save_calibration_f64(const eft_learner_f64 *learner, const eft_learner_state_f64 *state,
     eft_saved_calibration *saved);
 EFT_NODISCARD uint8_t eft_learn_f64(const eft_learner_f64 *learner, eft_learner_state_f64 *state,

@@ -157,9 +157,16 @@ functions! {
         give(word, (*made(state)?.state.get()).integrity())
     }
 
-    /// Makes the state of a rig at rest, with the nominal calibration and without trip or request.
+    /// Makes the state of a rig at rest, with the nominal calibration and without trip or request. An estimated velocity
+    /// starts at zero from the first displacement.
     fn eft_reset_f32 eft_reset_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         make(state, Running::new(made(channel)?.at_rest()))
+    }
+
+    /// Like eft_reset, with the valve at the null of a calibration from eft_first_calibration, which is in use from the
+    /// first tick.
+    fn eft_reset_with_f32 eft_reset_with_f64(channel: *const eft_channel<T>, calibration: *const eft_calibration<T>, state: *mut eft_state<T>) {
+        make(state, Running::new(made(channel)?.at_rest_with(made(calibration)?)))
     }
 
     /// Sets every field to NaN, for signals that the rig does not have.

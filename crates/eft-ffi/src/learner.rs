@@ -30,7 +30,7 @@ data! {
         null_offset_deviation: T, "1";
         level: T, "1; the guard's factor on the compensation level";
         test_ratio: T, "1; unexplained over permitted residual of the models: above 1 nothing is learned";
-        window: u32, "number of its window; UINT32_MAX if it comes from the configuration";
+        window: u32, "number of its window; UINT32_MAX from the configuration or what was saved";
         status: u32, "EFT_ADAPTATION_FROZEN, EFT_ESTIMATE_BOUNDED, EFT_LEVEL_REDUCED";
     }
 }
@@ -93,14 +93,20 @@ functions! {
         make(state, made(learner)?.at_rest())
     }
 
-    /// Like eft_learner_reset, but the learner starts from a saved calibration, which takes effect with the third window.
-    /// Refuses data that the learner cannot have saved. *why (may be null) then has the reason.
+    /// Like eft_learner_reset, but the learner starts from a saved calibration. Then start the channel by
+    /// eft_first_calibration and eft_reset_with. Refuses data that the learner cannot have saved. *why (may be null) then has the reason.
     fn eft_start_from_f32 eft_start_from_f64(learner: *const eft_learner<T>, saved: *const eft_saved_calibration, state: *mut eft_learner_state<T>, why: *mut eft_error) {
         let saved = given(saved.cast::<SavedCalibration>())?;
         match made(learner)?.start_from(saved) {
             Ok(started) => make(state, started),
             Err(error) => Err(refuse(error, why)),
         }
+    }
+
+    /// Makes the calibration of the learner's present estimates, for eft_reset_with.
+    fn eft_first_calibration_f32 eft_first_calibration_f64(learner: *const eft_learner<T>, state: *const eft_learner_state<T>, calibration: *mut eft_calibration<T>) {
+        let (core, state) = (made(learner)?, made(state)?);
+        make(calibration, core.first_calibration(state))
     }
 
     /// Saves the calibration, after a test.

@@ -9,27 +9,37 @@ use crate::controller::ControllerInput;
 use crate::learning::Window;
 use crate::number::Real;
 use crate::parameters::Realization;
-use crate::protection::{PlausibilityState, ProtectionState, StuckWatchState};
+use crate::protection::{NEVER, PlausibilityState, ProtectionState, StuckWatchState};
 use crate::signals::{Input, Output};
 use crate::status;
-use crate::velocity::VelocityState;
+use crate::velocity::{Velocity, VelocityState};
 
 impl<T: Real, const N: usize> Channel<T, N> {
-    /// A rig at rest with the valve at its known null, nothing learned yet.
+    /// A rig at rest with the valve at its known null, nothing learned yet. An estimated velocity starts at zero from the
+    /// first displacement.
     pub fn at_rest(&self) -> ChannelState<T> {
+        self.at_rest_with(&self.controller.nominal())
+    }
+
+    /// A rig at rest with the valve at the null of a calibration, which is in use from the first tick. For a test that
+    /// starts from what an earlier one has taught, see
+    /// [`Learner::first_calibration`](crate::Learner::first_calibration).
+    pub fn at_rest_with(&self, calibration: &Calibration<T>) -> ChannelState<T> {
+        let known = Choice { flags: calibration.status, ..Choice::default() };
+        let plausibility = PlausibilityState::default();
         ChannelState {
-            controller: self.controller.at_rest(),
+            controller: self.controller.at_rest_with(calibration),
             velocity: VelocityState::default(),
             protection: ProtectionState::default(),
-            plausibility: self.begun_anew(&PlausibilityState::default()),
-            velocity_gap: 0,
+            plausibility: plausibility.begun_anew(self.controller.null_opening(calibration)),
+            velocity_gap: NEVER,
             ticks_left: self.window_ticks,
             window: Window::first(0),
-            in_use: Choice::default(),
-            next: Choice::default(),
+            in_use: known,
+            next: known,
             windows_left: self.age_limit,
-            calibrations: [self.controller.nominal(); 2],
-            sound: Sound::new(self.controller.nominal()),
+            calibrations: [*calibration; 2],
+            sound: Sound::new(*calibration),
             stuck: StuckWatchState::default(),
         }
     }
@@ -88,8 +98,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// window begins, and the plausibility watch begins anew, apart from the sensors that it distrusts. An estimated
     /// velocity is that of a displacement at rest. An invalid input gives a rig at rest.
     pub fn prime(&self, state: &mut ChannelState<T>, input: &Input<T>) {
-        let velocity;
-        (state.velocity, velocity) = self.velocity.prime(input);
+        let velocity = if matches!(self.velocity, Velocity::Sensor) { input.velocity } else { T::splat(0.0) };
         let asked = ControllerInput {
             command: input.command,
             next_command: input.next_command,
@@ -99,18 +108,13 @@ impl<T: Real, const N: usize> Channel<T, N> {
             supply_pressure: input.supply_pressure,
         };
         state.controller = self.controller.prime(&state.controller, &asked, state.calibration());
-        state.plausibility = self.begun_anew(&state.plausibility);
+        state.plausibility = state.plausibility.begun_anew(self.controller.null_opening(state.calibration()));
         state.stuck = StuckWatchState::default();
-        state.velocity_gap = 0;
+        state.velocity_gap = NEVER;
         if state.ticks_left == 0 {
             state.begin_window(self.window_ticks);
         }
         (state.ticks_left, state.window) = (self.window_ticks, Window::first(state.window.number));
-    }
-
-    /// The state of the plausibility watch before the first sample, with what is known of sensors and valve.
-    fn begun_anew(&self, before: &PlausibilityState<T>) -> PlausibilityState<T> {
-        before.begun_anew(self.plausibility.as_ref().map_or(T::splat(0.0), |watch| watch.null_bias))
     }
 
     /// Continues a state under another configuration of the same sample rate, without a bump. If this configuration
@@ -120,8 +124,18 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// is learned.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
         if !self.learns {
-            let ChannelState { controller, velocity, protection, plausibility, stuck, .. } = *state;
-            *state = ChannelState { controller, velocity, protection, plausibility, stuck, ..self.at_rest() };
+            let ChannelState { controller, velocity, velocity_gap, protection, plausibility, stuck, .. } =
+                *state;
+            let at_rest = self.at_rest();
+            *state = ChannelState {
+                controller,
+                velocity,
+                velocity_gap,
+                protection,
+                plausibility,
+                stuck,
+                ..at_rest
+            };
         } else if state.windows_left > self.age_limit {
             state.windows_left = self.age_limit;
         }

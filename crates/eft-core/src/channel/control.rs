@@ -87,7 +87,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             state.window.lose(true);
         }
         if !matches!(parts.velocity, Velocity::Sensor) {
-            let before = if state.controller.lost() > 0 { state.velocity_gap } else { 0 };
+            let before = state.velocity_gap_before();
             state.velocity_gap = if measured.is_finite() { 0 } else { before.saturating_add(1) };
         }
     }

@@ -35,11 +35,11 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
         Self { realization: controller.realization(), controller, window_ticks }
     }
 
-    /// Rigs at rest, nothing learned yet.
-    pub fn at_rest(&self) -> ChannelLanesState<S> {
+    /// As [`Channel::at_rest_with`](crate::Channel::at_rest_with).
+    pub fn at_rest_with(&self, calibration: &Calibration<S>) -> ChannelLanesState<S> {
         ChannelLanesState {
-            controller: self.controller.at_rest(),
-            calibrations: [self.controller.nominal(); 2],
+            controller: self.controller.at_rest_with(calibration),
+            calibrations: [*calibration; 2],
             ticks: 0,
             window: Window::first(0),
         }

@@ -7,7 +7,7 @@ use crate::controller::ControllerState;
 use crate::integrity::integrity;
 use crate::learning::Window;
 use crate::number::Real;
-use crate::protection::{PlausibilityState, ProtectionState, StuckWatchState};
+use crate::protection::{NEVER, PlausibilityState, ProtectionState, StuckWatchState};
 use crate::status;
 use crate::velocity::VelocityState;
 
@@ -31,7 +31,8 @@ pub struct ChannelState<T: Real> {
     pub(super) velocity: VelocityState<T>,
     pub(super) protection: ProtectionState<T>,
     pub(super) plausibility: PlausibilityState<T>,
-    /// Ticks in a row that the controller refused and for which no velocity could be estimated.
+    /// Ticks in a row that the controller refused and for which no velocity could be estimated; [`NEVER`] before the
+    /// first estimate.
     pub(super) velocity_gap: u32,
     /// Earlier calibrations, to return to when a sensor proves wrong.
     pub(super) sound: Sound<T>,
@@ -80,6 +81,13 @@ pub(super) struct Choice {
 integrity!(Choice: slot, flags);
 
 impl<T: Real> ChannelState<T> {
+    /// Ticks without an estimate of the velocity before one that is lost.
+    #[inline(always)]
+    pub(super) fn velocity_gap_before(&self) -> u32 {
+        let goes_on = self.controller.lost() > 0 || self.velocity_gap == NEVER;
+        if goes_on { self.velocity_gap } else { 0 }
+    }
+
     /// The calibration in use.
     pub fn calibration(&self) -> &Calibration<T> {
         in_use(&self.calibrations, self.in_use.slot, &self.sound)

@@ -12,7 +12,7 @@ use crate::parameters::Parameters;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Calibration<S: Scalar> {
-    /// Number of its window; `u32::MAX` if it comes from the configuration.
+    /// Number of its window; `u32::MAX` if it comes from the configuration or from what was saved.
     pub window: u32,
     /// Bits of [`status`](crate::status) about the learning.
     pub status: S::Flags,

@@ -161,8 +161,23 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     }
 
     /// The compensation signal (V) that holds the valve at its known null.
-    pub(crate) fn null_signal(&self) -> S {
+    pub(crate) fn known_null_signal(&self) -> S {
         self.null_bias * self.lead.gain()
+    }
+
+    /// The compensation signal (V) for the null of a calibration.
+    pub(crate) fn null_signal(&self, calibration: &Calibration<S>) -> S {
+        S::select(self.adds_null, calibration.null_signal, S::splat(0.0))
+    }
+
+    /// The commanded opening (1) at the null of a calibration.
+    pub(crate) fn null_opening(&self, calibration: &Calibration<S>) -> S {
+        S::select(self.adds_null, calibration.null_offset, S::splat(0.0))
+    }
+
+    /// The compensation signal (V) that the null of a calibration needs beyond [`null_signal`](Self::null_signal).
+    pub(crate) fn missed_null_signal(&self, calibration: &Calibration<S>) -> S {
+        self.null_opening(calibration) * self.lead.gain() - self.null_signal(calibration)
     }
 
     /// Whether any lane knows a null bias.

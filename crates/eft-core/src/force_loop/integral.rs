@@ -26,11 +26,16 @@ impl<S: Scalar> Integral<S> {
         self.present
     }
 
+    /// An integral (V), within its limit.
+    pub(crate) fn limited(&self, integral: S) -> S {
+        integral.limit(-self.limit, self.limit)
+    }
+
     /// One sample: the integral (V) of the earlier force errors. This error (N) is added where it is `good`.
     #[inline(always)]
     pub(crate) fn step(&self, state: &mut S, good: S::Mask, error: S) -> S {
         let held = *state;
-        let grown = (held + self.per_sample * error).limit(-self.limit, self.limit);
+        let grown = self.limited(held + self.per_sample * error);
         *state = S::select(good, grown, held);
         held
     }

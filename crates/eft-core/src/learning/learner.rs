@@ -168,6 +168,13 @@ impl<T: Real, const N: usize> Learner<T, N> {
         }
     }
 
+    /// The calibration of the present estimates, for [`Channel::at_rest_with`](crate::Channel::at_rest_with) after
+    /// [`start_from`](Self::start_from).
+    pub fn first_calibration(&self, state: &LearnerState<T>) -> Calibration<T> {
+        let square = self.valve.mean_square_frequency(&state.evidence.valve);
+        self.calibration(state, u32::MAX, square)
+    }
+
     /// Makes the calibration to [publish](crate::Channel::publish) from a window.
     ///
     /// # NaN

@@ -46,14 +46,15 @@ impl<T: Real> FilteredDerivative<T> {
 
     /// Resumes after `ticks` samples of which all but this one were lost, as if the displacement (m) had changed
     /// linearly.
-    pub(crate) fn resume(&self, state: &mut FilteredDerivativeState<T>, displacement: T, ticks: T) {
-        let change = (displacement - state.displacement) / ticks;
+    pub(crate) fn resumed(
+        &self,
+        before: &FilteredDerivativeState<T>,
+        displacement: T,
+        ticks: T,
+    ) -> FilteredDerivativeState<T> {
+        let change = (displacement - before.displacement) / ticks;
         let velocity = change * self.sample_rate;
-        *state = FilteredDerivativeState {
-            displacement: displacement - change,
-            first: velocity,
-            second: velocity,
-        };
+        FilteredDerivativeState { displacement: displacement - change, first: velocity, second: velocity }
     }
 
     /// The steady state at this displacement (m), so that the next step has no kick.
@@ -128,8 +129,8 @@ mod tests {
 
     #[test]
     fn after_a_gap_it_has_the_mean_velocity_of_the_gap() {
-        let mut state = FilteredDerivativeState { displacement: 0.010, first: 2.0, second: 1.0 };
-        DERIVATIVE.resume(&mut state, 0.030, 4.0);
+        let before = FilteredDerivativeState { displacement: 0.010, first: 2.0, second: 1.0 };
+        let mut state = DERIVATIVE.resumed(&before, 0.030, 4.0);
         // 20 mm in four samples. The next step takes the displacement once more.
         near("displacement", state.displacement, 0.025);
         near("velocity", DERIVATIVE.step(&mut state, 0.030), 5.0);

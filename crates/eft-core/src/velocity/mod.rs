@@ -74,19 +74,37 @@ pub(crate) struct VelocityState<T> {
 integrity!(VelocityState<T>: derivative, observer);
 
 impl<T: Real> Velocity<T> {
-    /// Call it before the first sample after `ticks` without an estimate. It resumes from the mean velocity of the gap.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn resume(&self, state: &mut VelocityState<T>, input: &Input<T>, ticks: T) {
+    /// The state before the first sample after a gap of some ticks without an estimate. It resumes from the mean
+    /// velocity of the gap. Without an earlier estimate it starts at rest.
+    pub(crate) fn resumed(
+        &self,
+        before: &VelocityState<T>,
+        input: &Input<T>,
+        gap: Option<u32>,
+    ) -> VelocityState<T> {
         let x = input.displacement;
         if !(x.abs() <= T::splat(LARGEST)) {
-            return;
+            return *before;
         }
+        let ticks = gap.map(|gap| T::from_u32(gap) + T::splat(1.0));
+        let observed = |observer: &VelocityObserver<T>, acceleration| match ticks {
+            Some(ticks) => observer.resumed(&before.observer, x, ticks),
+            None => observer.at_rest(x, acceleration),
+        };
         match self {
-            Self::Sensor => {}
-            Self::Derivative(derivative) => derivative.resume(&mut state.derivative, x, ticks),
-            Self::Observer(observer, _) | Self::Accelerometer(observer) => {
-                observer.resume(&mut state.observer, x, ticks);
+            Self::Sensor => *before,
+            Self::Derivative(derivative) => {
+                let derivative = match ticks {
+                    Some(ticks) => derivative.resumed(&before.derivative, x, ticks),
+                    None => derivative.at_rest(x),
+                };
+                VelocityState { derivative, ..*before }
+            }
+            Self::Observer(observer, per_mass) => {
+                VelocityState { observer: observed(observer, input.force * *per_mass), ..*before }
+            }
+            Self::Accelerometer(observer) => {
+                VelocityState { observer: observed(observer, input.acceleration), ..*before }
             }
         }
     }
@@ -104,21 +122,6 @@ impl<T: Real> Velocity<T> {
                 observer.step(&mut state.observer, input.displacement, input.acceleration)
             }
         }
-    }
-
-    /// The steady state at this input, at rest, and its velocity (m/s).
-    pub(crate) fn prime(&self, input: &Input<T>) -> (VelocityState<T>, T) {
-        let mut state = VelocityState::default();
-        let x = input.displacement;
-        match self {
-            Self::Sensor => return (state, input.velocity),
-            Self::Derivative(derivative) => state.derivative = derivative.at_rest(x),
-            Self::Observer(observer, per_mass) => {
-                state.observer = observer.at_rest(x, input.force * *per_mass);
-            }
-            Self::Accelerometer(observer) => state.observer = observer.at_rest(x, input.acceleration),
-        }
-        (state, T::splat(0.0))
     }
 }
 
@@ -221,9 +224,11 @@ mod tests {
             force: 4.0 * acceleration,
             ..Input::default()
         };
-        let (mut state, velocity) = by_force.prime(&at(0.02, 3.0));
-        let (mut like, _) = by_sensor.prime(&at(0.02, 3.0));
-        assert_eq!((state, velocity), (like, 0.0));
+        let before = VelocityState::default();
+        let [mut state, mut like] =
+            [&by_force, &by_sensor].map(|by| by.resumed(&before, &at(0.02, 3.0), None));
+        assert_eq!(state, like);
+        assert!(by_force.step(&mut { state }, &at(0.02, 3.0)).abs() < 1e-15);
         let moved = at(0.021, 5.0);
         assert_eq!((by_force.step(&mut state, &moved), state), (by_sensor.step(&mut like, &moved), like));
     }
@@ -232,9 +237,9 @@ mod tests {
     fn the_largest_displacement_ends_a_gap() {
         let derivative = made(VelocitySource::Derivative { corner: 80.0 });
         for (displacement, resumes) in [(LARGEST, true), (1.001 * LARGEST, false)] {
-            let mut state = VelocityState::default();
-            derivative.resume(&mut state, &Input { displacement, ..Input::default() }, 4.0);
-            assert_eq!(state != VelocityState::default(), resumes, "{displacement}");
+            let before = VelocityState::default();
+            let state = derivative.resumed(&before, &Input { displacement, ..Input::default() }, Some(3));
+            assert_eq!(state != before, resumes, "{displacement}");
         }
     }
 

@@ -60,18 +60,24 @@ impl<T: Real> VelocityObserver<T> {
 
     /// Resumes after `ticks` samples of which all but this one were lost, as if the displacement (m) had changed
     /// linearly.
-    pub(crate) fn resume(&self, state: &mut VelocityObserverState<T>, displacement: T, ticks: T) {
-        let change = (displacement - state.displacement) / ticks;
-        state.displacement = displacement - change;
-        state.velocity = change / self.period;
+    pub(crate) fn resumed(
+        &self,
+        before: &VelocityObserverState<T>,
+        displacement: T,
+        ticks: T,
+    ) -> VelocityObserverState<T> {
+        let change = (displacement - before.displacement) / ticks;
+        let (displacement, velocity) = (displacement - change, change / self.period);
+        VelocityObserverState { displacement, velocity, ..*before }
     }
 
-    /// The steady state at this displacement (m) and input (m/s²), at rest. The drift balances the input.
+    /// The steady state at this displacement (m) and acceleration (m/s²), at rest. The drift balances the acceleration.
+    /// An invalid value counts as 0.
     pub fn at_rest(&self, displacement: T, acceleration: T) -> VelocityObserverState<T> {
-        if !accepts(displacement, acceleration) {
-            return VelocityObserverState::default();
-        }
-        VelocityObserverState { displacement, velocity: T::splat(0.0), drift: -acceleration, acceleration }
+        let zero = T::splat(0.0);
+        let valid = |value: T| if value.abs() <= T::splat(LARGEST) { value } else { zero };
+        let (displacement, acceleration) = (valid(displacement), valid(acceleration));
+        VelocityObserverState { displacement, velocity: zero, drift: zero - acceleration, acceleration }
     }
 }
 
@@ -160,9 +166,9 @@ mod tests {
 
     #[test]
     fn after_a_gap_it_has_the_mean_velocity_of_the_gap() {
-        let mut state =
+        let before =
             VelocityObserverState { displacement: 0.02, velocity: 0.7, drift: -3.0, acceleration: 5.0 };
-        observer().resume(&mut state, 0.06, 4.0);
+        let state = observer().resumed(&before, 0.06, 4.0);
         near("displacement", state.displacement, 0.05);
         near("velocity", state.velocity, 0.01 / 0.01);
         near("drift", state.drift, -3.0);
@@ -180,6 +186,9 @@ mod tests {
             assert_eq!(accepts(displacement, acceleration), accepted, "{displacement} {acceleration}");
             let rest = observer().at_rest(displacement, acceleration);
             assert_eq!(rest == VelocityObserverState::default(), !accepted);
+            let stands = observer().at_rest(0.02, acceleration);
+            near("displacement", stands.displacement, 0.02);
+            near("drift", stands.drift, if acceleration.abs() <= LARGEST { -acceleration } else { 0.0 });
         }
     }
 }

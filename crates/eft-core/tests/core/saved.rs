@@ -266,3 +266,40 @@ fn impossible_data_are_refused_by_name() {
     let learner = Learner::<f64, 21>::new(&linear).unwrap();
     assert_eq!(refused(learner.start_from(&saved)), "calibration.greatest_flow");
 }
+
+/// With the valve at a learned null nothing moves from the first tick on, whatever supplies the null.
+#[test]
+fn a_rig_rests_at_the_null_that_was_saved() {
+    let (_, saved) = learned();
+    for (realization, integral_gain, null_bias) in [
+        (Realization::Analog, 0.0, 0.0),
+        (Realization::Digital, 0.0, 0.0),
+        (Realization::Digital, 0.0, 0.01),
+        (Realization::Digital, 4.0, 0.0),
+        (Realization::Digital, 4.0, 0.01),
+    ] {
+        let p = Parameters { realization, integral_gain, null_bias, ..BESIDE };
+        let null_offset = 0.03;
+        let mut bench = Bench::start(&p, &SavedCalibration { null_offset, ..saved });
+        let first = bench.learner.first_calibration(&bench.memory);
+        assert_eq!((first.window, first.flow_gain), (u32::MAX, saved.flow_gain));
+        assert_eq!((first.null_offset, first.valve_gain), (null_offset, saved.valve_gain));
+        let mut state = bench.channel.at_rest_with(&first);
+        let held = null_offset / p.valve_gain;
+        let held = if realization == Realization::Digital { held } else { held / p.proportional_gain };
+        let before = bench.channel.hold(&state).voltage;
+        assert!((before - held).abs() < 1e-12, "{realization:?} {integral_gain}: {before}, not {held}");
+        let valve_command = null_offset / p.valve_gain;
+        let still = Input { spool: null_offset, valve_command, ..Input::default() };
+        for tick in 0..2000 {
+            let out = rig::tick(&bench.channel, &mut state, &still);
+            assert_eq!(state.calibration().flow_gain, saved.flow_gain, "{tick}");
+            let near = (out.voltage - held).abs() < 1e-9;
+            assert!(near, "{realization:?} {integral_gain} {tick}: {} V, not {held} V", out.voltage);
+            if let Some(window) = out.window {
+                let calibration = bench.learner.update(&mut bench.memory, &window);
+                bench.channel.publish(&mut state, calibration);
+            }
+        }
+    }
+}

@@ -15,7 +15,7 @@ macro_rules! precision {
         $module:ident, $t:ident,
         $configure:ident $check:ident $reset:ident $input_init:ident $prime:ident $step:ident $hold:ident $missed:ident
         $publish:ident $in_use:ident $take_over:ident $trip:ident $end:ident $is_down:ident
-        $learner_configure:ident $learner_check:ident $learner_reset:ident $start:ident $save:ident
+        $learner_configure:ident $learner_check:ident $learner_reset:ident $start:ident $save:ident $first:ident $reset_with:ident
         $learn:ident $read:ident $flow:ident
     ) => {
         mod $module {
@@ -150,7 +150,18 @@ macro_rules! precision {
                     assert_eq!((saved.flow_gain, saved.curve_error), (kept.flow_gain, kept.curve.error));
                     assert_eq!($start(&*learner, &*saved, &mut *learned, null_mut()), EFT_OK);
                     assert_eq!($save(&*learner, &*learned, &mut *saved), EFT_OK);
-                    assert_eq!(of_core(&saved), core_learner.saved(&core_learner.start_from(&kept).unwrap()));
+                    let started = core_learner.start_from(&kept).unwrap();
+                    assert_eq!(of_core(&saved), core_learner.saved(&started));
+                    // The channel's first tick has the same calibration.
+                    let mut first = zeroed();
+                    assert_eq!($first(&*learner, &*learned, &mut *first), EFT_OK);
+                    assert_eq!($reset_with(&*channel, &*first, &raw mut *state), EFT_OK);
+                    let mut restarted = core.at_rest_with(&core_learner.first_calibration(&started));
+                    for tick in 0..20 {
+                        let out = core.step(&mut restarted, &input(tick));
+                        assert_eq!($step(&*channel, &raw mut *state, &input(tick), &mut *output), EFT_OK);
+                        assert_same(&out, &output, tick);
+                    }
                     saved.version += 1;
                     let refused = $start(&*learner, &*saved, &mut *learned, &mut *why);
                     assert_eq!((refused, why.value, why.highest), (EFT_OUT_OF_RANGE, 4.0, 3.0));
@@ -229,7 +240,7 @@ precision!(
     eft_configure_f32 eft_check_f32 eft_reset_f32 eft_input_init_f32 eft_prime_f32 eft_step_f32 eft_hold_f32
     eft_missed_f32 eft_publish_f32 eft_calibration_in_use_f32 eft_take_over_f32 eft_request_trip_f32
     eft_request_end_f32 eft_is_down_f32 eft_learner_configure_f32 eft_learner_check_f32 eft_learner_reset_f32
-    eft_start_from_f32 eft_save_calibration_f32
+    eft_start_from_f32 eft_save_calibration_f32 eft_first_calibration_f32 eft_reset_with_f32
     eft_learn_f32 eft_read_calibration_f32 eft_found_flow_f32
 );
 precision!(
@@ -237,6 +248,6 @@ precision!(
     eft_configure_f64 eft_check_f64 eft_reset_f64 eft_input_init_f64 eft_prime_f64 eft_step_f64 eft_hold_f64
     eft_missed_f64 eft_publish_f64 eft_calibration_in_use_f64 eft_take_over_f64 eft_request_trip_f64
     eft_request_end_f64 eft_is_down_f64 eft_learner_configure_f64 eft_learner_check_f64 eft_learner_reset_f64
-    eft_start_from_f64 eft_save_calibration_f64
+    eft_start_from_f64 eft_save_calibration_f64 eft_first_calibration_f64 eft_reset_with_f64
     eft_learn_f64 eft_read_calibration_f64 eft_found_flow_f64
 );

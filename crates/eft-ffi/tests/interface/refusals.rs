@@ -20,6 +20,7 @@ fn null_pointers_are_refused_by_every_function() {
     let codes = with_nulls!(
         eft_configure_f32(null(), null_mut(), null_mut()) eft_check_f32(null(), null())
         eft_integrity_f32(null(), null_mut()) eft_state_integrity_f32(null(), null_mut()) eft_reset_f32(null(), null_mut())
+        eft_reset_with_f32(null(), null(), null_mut()) eft_first_calibration_f32(null(), null(), null_mut())
         eft_input_init_f32(null_mut()) eft_prime_f32(null(), null_mut(), null()) eft_step_f32(null(), null_mut(), null(), null_mut())
         eft_hold_f32(null(), null(), null_mut()) eft_missed_f32(null(), null(), null_mut()) eft_publish_f32(null(), null_mut(), null())
         eft_calibration_in_use_f32(null(), null_mut()) eft_take_over_f32(null(), null_mut()) eft_request_trip_f32(null_mut())
@@ -32,6 +33,7 @@ fn null_pointers_are_refused_by_every_function() {
         eft_offer_channel_f32(null_mut(), null()) eft_offer_window_f32(null_mut(), null()) eft_offer_calibration_f32(null_mut(), null())
         eft_configure_f64(null(), null_mut(), null_mut()) eft_check_f64(null(), null())
         eft_integrity_f64(null(), null_mut()) eft_state_integrity_f64(null(), null_mut()) eft_reset_f64(null(), null_mut())
+        eft_reset_with_f64(null(), null(), null_mut()) eft_first_calibration_f64(null(), null(), null_mut())
         eft_input_init_f64(null_mut()) eft_prime_f64(null(), null_mut(), null()) eft_step_f64(null(), null_mut(), null(), null_mut())
         eft_hold_f64(null(), null(), null_mut()) eft_missed_f64(null(), null(), null_mut()) eft_publish_f64(null(), null_mut(), null())
         eft_calibration_in_use_f64(null(), null_mut()) eft_take_over_f64(null(), null_mut()) eft_request_trip_f64(null_mut())
@@ -114,6 +116,10 @@ fn structs_that_were_never_made_are_refused_by_every_function() {
             eft_check_f32(&*no_channel, &parameters),
             eft_learner_check_f32(&*no_learner, &parameters),
             eft_reset_f32(&*no_channel, &raw mut *no_state),
+            eft_reset_with_f32(&*no_channel, &*calibration, &raw mut *no_state),
+            eft_reset_with_f32(&*channel, &*calibration, &raw mut *no_state),
+            eft_first_calibration_f32(&*no_learner, &*learned, &mut *calibration),
+            eft_first_calibration_f32(&*learner, &*no_learned, &mut *calibration),
             eft_learner_reset_f32(&*no_learner, &mut *no_learned),
             eft_start_from_f32(&*no_learner, &*saved, &mut *no_learned, null_mut()),
             eft_save_calibration_f32(&*no_learner, &*learned, &mut *saved),
@@ -140,7 +146,7 @@ fn structs_that_were_never_made_are_refused_by_every_function() {
             eft_step_f32(&*channel, (&raw mut *learned).cast(), &*input, &mut poisoned()),
         ]
     };
-    assert_eq!(codes, [EFT_NOT_MADE; 26]);
+    assert_eq!(codes, [EFT_NOT_MADE; 30]);
     assert_eq!((flow, down), (7.0, 7));
     // Safety: every pointer is valid.
     unsafe {

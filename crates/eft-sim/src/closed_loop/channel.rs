@@ -30,6 +30,8 @@ pub(super) struct Learning<P: Precision> {
     pub(super) state: LearnerState<P>,
     /// At the start and after a reset.
     start: LearnerState<P>,
+    /// What was saved, as the tick uses it from the first sample on.
+    pub(super) first: Option<Calibration<P>>,
     /// The calibration from the last window, which is published before the next tick.
     learned: Option<Calibration<P>>,
 }
@@ -41,8 +43,15 @@ impl<P: Precision> Learning<P> {
     /// Parameters that `eft-core` refuses.
     pub(super) fn new(parameters: &Parameters, saved: Option<&SavedCalibration>) -> Result<Self> {
         let learner = P::learner(parameters)?;
-        let start = saved.map_or_else(|| Ok(learner.at_rest()), |saved| learner.start_from(saved))?;
-        Ok(Self { state: start, start, learner, learned: None })
+        let saved = saved.map(|saved| learner.start_from(saved)).transpose()?;
+        let first = saved.as_ref().map(|state| learner.first_calibration(state));
+        let start = saved.unwrap_or_else(|| learner.at_rest());
+        Ok(Self { state: start, start, first, learner, learned: None })
+    }
+
+    /// The channel's state at the start.
+    pub(super) fn start(&self, channel: &Channel<P>) -> ChannelState<P> {
+        self.first.as_ref().map_or_else(|| channel.at_rest(), |first| channel.at_rest_with(first))
     }
 
     /// The learned calibration, if anything was learned.
@@ -74,7 +83,13 @@ impl<P: Precision> RigChannel<P> {
         let channel = Box::new(P::channel(parameters)?);
         let learns = parameters.learning.is_on();
         let learning = learns.then(|| Learning::new(parameters, saved).map(Box::new)).transpose()?;
-        Ok(Self { state: Box::new(channel.at_rest()), channel, learning })
+        let state = Box::new(at_start(&channel, learning.as_deref()));
+        Ok(Self { state, channel, learning })
+    }
+
+    /// The state at the start and after a reset.
+    fn start(&self) -> ChannelState<P> {
+        at_start(&self.channel, self.learning.as_deref())
     }
 
     /// One tick.
@@ -99,9 +114,9 @@ impl<P: Precision> RigChannel<P> {
         widened(&self.channel.hold(&self.state))
     }
 
-    /// The output before the first tick, which holds the valve at its known null.
+    /// The output before the first tick, which holds the valve at its known or saved null.
     pub fn before(&self) -> Output<f64> {
-        let held = self.channel.hold(&self.channel.at_rest());
+        let held = self.channel.hold(&self.start());
         Output { velocity: 0.0, permitted_command: 0.0, status: 0, ..widened(&held) }
     }
 
@@ -113,7 +128,7 @@ impl<P: Precision> RigChannel<P> {
 
     /// Returns to rest and to the saved calibration from which the learner started.
     pub fn reset(&mut self) {
-        *self.state = self.channel.at_rest();
+        *self.state = self.start();
         if let Some(learning) = &mut self.learning {
             learning.state = learning.start;
             learning.learned = None;
@@ -152,7 +167,7 @@ impl<P: Precision> RigChannel<P> {
 
     /// Whether no tick has changed anything since the start or a reset.
     pub fn is_at_rest(&self) -> bool {
-        *self.state == self.channel.at_rest()
+        *self.state == self.start()
     }
 
     /// Trips the protection, if there is one, on request.
@@ -184,6 +199,10 @@ impl<P: Precision> RigChannel<P> {
     pub fn found_flows(&self, openings: &[f64]) -> Option<Vec<f64>> {
         Some(self.learning.as_ref()?.found_flows(self.state.calibration(), openings))
     }
+}
+
+fn at_start<P: Precision>(channel: &Channel<P>, learning: Option<&Learning<P>>) -> ChannelState<P> {
+    learning.map_or_else(|| channel.at_rest(), |learning| learning.start(channel))
 }
 
 /// The input in the controller's precision.

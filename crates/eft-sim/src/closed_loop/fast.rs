@@ -69,7 +69,7 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
     ) -> Result<Self> {
         let plant = Exponential::pack(rig, grid)?;
         let digital = DigitalSide::new(&rig, grid.sample_rate, 0)?;
-        let state = LoopState { plant: FastState::default(), digital: digital.at_rest() };
+        let state = LoopState { plant: plant.at_rest(), digital: digital.at_rest() };
         Ok(Self { plant, digital, grid, method, state })
     }
 

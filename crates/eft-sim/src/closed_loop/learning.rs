@@ -39,16 +39,25 @@ impl<S: Num, C: Scalar<Element: Precision>> LearningLanes<S, C> {
         let channels = Box::new(ChannelLanes::new(RigController::pack(&|i| &controllers[i]), window_ticks));
         let learners =
             parameters.iter().enumerate().map(|(i, p)| Learning::new(p, saved(i))).collect::<Result<_>>()?;
-        let calibrations: Vec<_> = controllers.iter().map(|one| [one.nominal(); 2]).collect();
+        let calibrations: Vec<_> = controllers
+            .iter()
+            .zip(&learners)
+            .map(|(one, learning): (_, &Learning<_>)| [learning.first.unwrap_or_else(|| one.nominal()); 2])
+            .collect();
         let estimates = InUse::new(Estimates::unknown().or(|i| Some(&calibrations[i][0])));
         Ok(Self {
-            state: Box::new(channels.at_rest()),
+            state: Box::new(channels.at_rest_with(&Calibration::pack(|i| &calibrations[i][0]))),
             channels,
             learners,
             calibrations,
             estimates,
             closed: false,
         })
+    }
+
+    /// The calibration in use of a lane.
+    pub(crate) fn calibration(&self, lane: usize) -> Option<&Calibration<C::Element>> {
+        self.calibrations.get(lane).map(|[in_use, _]| in_use)
     }
 
     /// One tick; the compensation signal passes through `path` before the force loop.
@@ -91,8 +100,7 @@ impl<S: Num, C: Scalar<Element: Precision>> LearningLanes<S, C> {
 
     /// As [`RigChannel::found_flows`](crate::closed_loop::channel::RigChannel::found_flows), for one lane.
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
-        let [in_use, _] = self.calibrations.get(lane)?;
-        Some(self.learners.get(lane)?.found_flows(in_use, openings))
+        Some(self.learners.get(lane)?.found_flows(self.calibration(lane)?, openings))
     }
 }
 

@@ -60,8 +60,8 @@ pub fn replay<P: Precision<Flags = u32>>(
         ..of_rig
     };
     let channel = P::channel(&parameters)?;
-    let (mut state, mut learning) =
-        (channel.at_rest(), channel::Learning::<P>::new(&parameters, rig.calibration.as_ref())?);
+    let mut learning = channel::Learning::<P>::new(&parameters, rig.calibration.as_ref())?;
+    let mut state = learning.start(&channel);
     let mut replay = Replay::default();
     for (tick, input) in inputs.iter().enumerate() {
         if tick.is_multiple_of(1024) {

@@ -70,7 +70,9 @@ impl PlantStepper {
         } else {
             // The valve command is held, as from a digital force loop.
             let digital = rig.replace(&[("controller.realization", "digital".into())])?;
-            Integrated::Fast(Box::new(Exponential::pack(&|_| &digital, grid)?), FastState::default())
+            let plant = Exponential::pack(&|_| &digital, grid)?;
+            let at_rest = plant.at_rest();
+            Integrated::Fast(Box::new(plant), at_rest)
         };
         Ok(Self { plant, grid, ticks: 0 })
     }
@@ -79,7 +81,7 @@ impl PlantStepper {
     pub fn reset(&mut self) {
         self.ticks = 0;
         match &mut self.plant {
-            Integrated::Fast(_, state) => *state = FastState::default(),
+            Integrated::Fast(plant, state) => *state = plant.at_rest(),
             Integrated::General(plant, exchange) => {
                 plant.reset();
                 exchange.reset();

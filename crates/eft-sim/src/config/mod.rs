@@ -126,9 +126,22 @@ impl RigConfig {
         moves && self.sensors.motion_at == MotionAt::Piston
     }
 
-    /// The valve command (V) that holds the valve at its configured null.
+    /// The commanded opening (1) at rest: the null that the controller knows, or has learned in an earlier test.
+    pub fn known_null(&self) -> f64 {
+        let learns = self.compensation.adaptive && self.compensation.curve_correction;
+        let learned = self.calibration.as_ref().filter(|saved| learns && saved.excitation > 0.0);
+        learned.map_or(self.servovalve.null_bias, |saved| saved.null_offset)
+    }
+
+    /// The valve command (V) at rest.
     pub fn null_command(&self) -> f64 {
-        self.servovalve.null_bias / self.compensation.valve_gain
+        self.known_null() / self.compensation.valve_gain
+    }
+
+    /// The true opening (1) of the spool at rest, under [`null_command`](Self::null_command).
+    pub(crate) fn opening_at_rest(&self) -> f64 {
+        let valve = &self.plant().servovalve;
+        self.null_command() / (valve.spool_sensitivity * valve.spool_stroke)
     }
 
     /// Reads a configuration from TOML text.

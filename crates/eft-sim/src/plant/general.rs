@@ -34,8 +34,8 @@ pub(crate) struct Plant<S: Num> {
 /// The parts with equations; all actuators have the same parts.
 #[derive(Debug, Clone)]
 struct Parts<S: Num> {
-    /// The spool opening (1) at rest: the null that the controller knows, whatever the true one is.
-    known_null: S,
+    /// The spool opening (1) at rest, which the controller takes for null, whatever the true one is.
+    opening_at_rest: S,
     servo_actuator: ServoActuator<S>,
     supply: Supply<S>,
     structure: Structure<S>,
@@ -92,7 +92,7 @@ impl<S: Num> Parts<S> {
         let energies = if self.keeps_account { POWERS } else { 0 };
         let mut state = vec![S::splat(0.0); actuators + SHARED + energies];
         for [_, spool, ..] in state[..actuators].as_chunks_mut::<EACH>().0 {
-            *spool = self.known_null;
+            *spool = self.opening_at_rest;
         }
         state[actuators] = self.supply.setting(S::splat(0.0));
         state
@@ -183,10 +183,10 @@ impl<S: Num> Plant<S> {
     /// # Errors
     /// A flow curve that the core refuses.
     pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Result<Self> {
-        let known_null = S::from_lanes(|i| rig(i).servovalve.null_bias);
+        let opening_at_rest = S::from_lanes(|i| rig(i).opening_at_rest());
         let rig: &dyn Fn(usize) -> _ = &|i| rig(i).plant();
         let parts = Parts {
-            known_null,
+            opening_at_rest,
             servo_actuator: ServoActuator::pack(rig)?,
             supply: Supply::pack(rig),
             structure: Structure::pack(rig),
@@ -348,10 +348,8 @@ impl Plant<f64> {
     }
 }
 
-/// Whether a rig's true plant has an effect beyond the paper's model, several actuators, or a spool that does not rest at
-/// zero.
+/// Whether a rig's true plant has an effect beyond the paper's model, or several actuators.
 pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
-    let rests_at_zero = rig.servovalve.null_bias == 0.0;
     let rig = rig.plant();
     let (valve, actuator, supply) = (&rig.servovalve, &rig.actuator, &rig.supply);
     let leakage = &valve.leakage;
@@ -370,5 +368,5 @@ pub(crate) fn needs_detail(rig: &RigConfig) -> bool {
         && !rig.piston_moves_alone();
     let plain_supply = supply.schedule.is_none() && supply.accumulator.is_none();
     let plain_cell = rig.sensors.force.bandwidth.is_none();
-    !(rests_at_zero && plain_valve && plain_actuator && plain_supply && plain_cell && is_plain(rig))
+    !(plain_valve && plain_actuator && plain_supply && plain_cell && is_plain(rig))
 }

@@ -1,7 +1,8 @@
 //! The virtual rig and the controller in turn, compared with a whole test.
 
 use eft_core::{Input, status};
-use eft_sim::closed_loop::{RigChannel, RigReading, VirtualRig, parameters, simulate_actuators};
+use eft_sim::closed_loop::{Method, RigChannel, RigReading, VirtualRig, parameters, simulate_actuators};
+use eft_sim::config::calibration_section;
 use eft_sim::excitation::{Command, sine_sweep};
 use eft_sim::{Result, RigConfig, SimulateOptions, TestRun};
 
@@ -41,7 +42,16 @@ fn rigs() -> Vec<RigConfig> {
         ("protection.displacement_trip", 2e-3.into()),
         ("actuator.bypass_flow", 1e-3.into()),
     ];
-    [&[], noisy, protected, adaptive, building].map(rig).to_vec()
+    // The valve rests away from its true null, or at the one that an earlier test has taught.
+    let told: Changes<'_> =
+        &[("servovalve.null_bias", 0.01.into()), ("truth.servovalve.null_bias", 0.0.into())];
+    let taught = rig(&[("compensation.adaptive", true.into()), ("truth.servovalve.null_bias", 0.01.into())]);
+    let taught = taught.replace(&[("compensation.curve_correction", true.into())]).unwrap();
+    let teacher = whole_test(&taught, &[sine_sweep(4000.0, 0.5, 6.0, 2.0, 4096.0).unwrap()]).remove(0);
+    let saved = calibration_section(&teacher.calibration.unwrap()).unwrap();
+    let mut rigs = [&[], noisy, protected, adaptive, building, told].map(rig).to_vec();
+    rigs.push(taught.replace(&[("calibration", saved)]).unwrap());
+    rigs
 }
 
 fn whole_test(rig: &RigConfig, commands: &[Command]) -> Vec<TestRun> {
@@ -73,7 +83,9 @@ fn controller_and_rig_in_turn_reproduce_the_test() {
         let runs = whole_test(&rig, &commands);
         let channels = || -> Vec<_> {
             let parameters = parameters(&rig, 4096.0).unwrap();
-            (0..floors).map(|_| RigChannel::<f64>::new(&parameters, None).unwrap()).collect()
+            (0..floors)
+                .map(|_| RigChannel::<f64>::new(&parameters, rig.calibration.as_ref()).unwrap())
+                .collect()
         };
         let (mut controller, mut stand) = (channels(), VirtualRig::new(&rig).unwrap());
         let mut tripped = false;
@@ -124,4 +136,24 @@ fn bad_commands_and_states_are_named_and_change_nothing() {
     assert!(text(stand.go_to(&state[1..])).starts_with(&short));
     assert_eq!(stand.state(), state);
     assert!(text(stand.step(&[f64::MAX], false)).contains("diverge"));
+}
+
+#[test]
+fn a_valve_off_its_null_starts_alike_on_the_fast_path_and_beyond_it() {
+    for realization in ["digital", "analog"] {
+        let rig = rig(&[
+            ("controller.realization", realization.into()),
+            ("servovalve.null_bias", 0.01.into()),
+            ("truth.servovalve.null_bias", 0.0.into()),
+        ]);
+        let command = [sine_sweep(4000.0, 0.5, 6.0, 1.0, 4096.0).unwrap()];
+        let run = |method| {
+            let options = SimulateOptions { method, ..SimulateOptions::default() };
+            simulate_actuators::<f64>(&rig, &command, &options, |_, _| true).unwrap().remove(0)
+        };
+        let (exact, by_steps) = (run(Method::Exponential), run(Method::RungeKutta));
+        let early = |run: &TestRun| run.force[..40].iter().fold(0.0, |most, f| f64::max(most, f.abs()));
+        let off = exact.force.iter().zip(&by_steps.force).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(early(&exact) > 3e3 && off < 1e-3 * early(&exact), "{realization}: {off} N");
+    }
 }

@@ -48,7 +48,8 @@ fn a_lane_has_the_outputs_and_windows_of_its_own_channel() {
         let channels = rigs.map(|rig| Channel::<f64, 21>::new(&rig).unwrap());
         let packed = Controller::<Lanes<f64, 2>, 21>::pack(&|lane| &controllers[lane]);
         let lanes = ChannelLanes::new(packed, channels[0].window_ticks());
-        let (mut wide, mut states) = (lanes.at_rest(), channels.map(|channel| channel.at_rest()));
+        let (mut wide, mut states) =
+            (lanes.at_rest_with(&lanes.controller.nominal()), channels.map(|channel| channel.at_rest()));
         for tick in 0..200 {
             // The second rig has no gap.
             let inputs = [swing(tick, 1.0), swing(tick - tick % 29, 0.5)];

@@ -115,3 +115,48 @@ fn a_velocity_estimate_continues_from_the_mean_velocity_of_a_gap_and_not_of_a_sh
         assert!((velocity - expected).abs() < 1e-5 * expected, "{lost}: {velocity}, not {expected}");
     }
 }
+
+#[test]
+fn a_velocity_estimate_starts_at_rest_from_the_first_displacement() {
+    let gains = [0.05, 5.0, 50.0];
+    let mass = 4000.0;
+    let lost = Input { displacement: f64::NAN, force: f64::NAN, ..swing(0) };
+    let still = Input { displacement: 0.03, force: 700.0, acceleration: 700.0 / mass, ..swing(0) };
+    for velocity_source in [
+        VelocitySource::Derivative { corner: 80.0 },
+        VelocitySource::Observer { gains, mass },
+        VelocitySource::Accelerometer { gains },
+    ] {
+        for gap_time in [0.01, f64::MAX] {
+            let p = Parameters { velocity_source, protection: None, gap_time, ..RIG };
+            let channel = Channel::<f64, 21>::new(&p).unwrap();
+            let (at_rest, mut primed) = (channel.at_rest(), channel.at_rest());
+            channel.step(&mut primed, &Input { displacement: -0.08, ..still });
+            channel.prime(&mut primed, &lost);
+            for mut state in [at_rest, primed] {
+                for tick in 0..300 {
+                    // The first samples are lost.
+                    let input = if tick < 100 { &lost } else { &still };
+                    let velocity = channel.step(&mut state, input).velocity;
+                    let stands = if tick < 100 { velocity.is_nan() } else { velocity.abs() < 1e-12 };
+                    assert!(stands, "{velocity_source:?} {gap_time} {tick}: {velocity}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_velocity_estimate_goes_on_under_another_configuration() {
+    let velocity_source = VelocitySource::Derivative { corner: 80.0 };
+    let channel = Channel::<f64, 21>::new(&Parameters { velocity_source, protection: None, ..RIG }).unwrap();
+    let mut state = channel.at_rest();
+    for tick in 0..400 {
+        let moved = Input { displacement: 1e-5 * f64::from(tick), ..swing(0) };
+        let velocity = channel.step(&mut state, &moved).velocity;
+        assert!(tick < 200 || (velocity - 1e-5 * 4096.0).abs() < 1e-9, "{tick}: {velocity}");
+        if tick == 300 {
+            channel.take_over(&mut state);
+        }
+    }
+}

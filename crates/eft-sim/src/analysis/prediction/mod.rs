@@ -7,7 +7,7 @@ use self::nonlinear::Unknown;
 use self::signals::{Faded, Signals, Spectrum};
 use crate::analysis::learned;
 use crate::analysis::linear::{AboutRest, FlowGain, StateSpace, about_rest, disturbed};
-use crate::config::{ForceLoop, Realization, RigConfig, VelocitySource};
+use crate::config::{ForceLoop, Realization, RigConfig};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
 
@@ -153,11 +153,6 @@ fn left_out(rig: &RigConfig, model: &StateSpace) -> Vec<String> {
     };
     let mut keys = model.left_out.clone();
     keys.retain(|key| !contained(key));
-    let sensors = &rig.plant().sensors;
-    if sensors.displacement.bias != 0.0 && rig.controller.velocity_source != VelocitySource::Sensor {
-        // A test begins with the jump of the estimate.
-        keys.push("sensors.displacement.bias".into());
-    }
     keys
 }
 

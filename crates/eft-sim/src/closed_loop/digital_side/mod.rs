@@ -47,19 +47,6 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         let parameters: Vec<_> =
             lanes.clone().map(|i| parameters(rig(i), sample_rate)).collect::<Result<_>>()?;
         let controllers: Vec<_> = parameters.iter().map(C::Element::controller).collect::<Result<_>>()?;
-        let sensors = Sensors::new(&rig, sample_rate, actuator);
-        let null_signal = |i: usize| controllers[i].null_signal().to_f64();
-        let delay = |i: usize| rig(i).compensation.computation_delay as usize;
-        let computation = DelayLines::new(S::LANES, delay, null_signal);
-        let command_delay = CommandDelay::new(|i| rig(i).controller.force_delay * sample_rate);
-        let realization = rig(0).controller.realization;
-        let rest = |i: usize| match realization {
-            Realization::Digital => rig(i).null_command(),
-            Realization::Analog => null_signal(i),
-        };
-        let dac = Dac::new(|i| &rig(i).plant().dac, rest);
-        let has_ideal_instruments =
-            sensors.is_none() && computation.is_none() && command_delay.is_none() && dac.is_ideal();
         let controller = RigController::<C>::pack(&|i| &controllers[i]);
         let kind = ChannelKind::of(rig(0));
         let source = if S::LANES == C::LANES && kind == ChannelKind::Learning {
@@ -73,6 +60,23 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         } else {
             Source::SideBySide
         };
+        let null_signal = |i: usize| {
+            let nominal = controllers[i].nominal();
+            controllers[i].null_signal(source.calibration(i).unwrap_or(&nominal)).to_f64()
+        };
+        let sensors = Sensors::new(&rig, sample_rate, actuator);
+        let delay = |i: usize| rig(i).compensation.computation_delay as usize;
+        let computation = DelayLines::new(S::LANES, delay, null_signal);
+        let command_delay = CommandDelay::new(|i| rig(i).controller.force_delay * sample_rate);
+        let realization = rig(0).controller.realization;
+        let rest = |i: usize| match realization {
+            Realization::Digital => rig(i).null_command(),
+            Realization::Analog => null_signal(i),
+        };
+        let dac = Dac::new(|i| &rig(i).plant().dac, rest);
+        let has_ideal_instruments =
+            sensors.is_none() && computation.is_none() && command_delay.is_none() && dac.is_ideal();
+        let null_signal = S::from_lanes(null_signal);
         Ok(Self {
             kind,
             source,
@@ -81,7 +85,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             controller,
             estimates: InUse::new(Estimates::nominal(&rig)),
             before: None,
-            null_signal: S::from_lanes(null_signal),
+            null_signal,
             estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
             adapts: lanes.into_iter().any(|i| adapts(rig(i))),
             computation,

@@ -53,6 +53,15 @@ impl<S: Num, C: Scalar<Element: Precision>> Source<S, C> {
     pub(super) fn channels(&mut self) -> &mut [RigChannel<C::Element>] {
         if let Self::Channels(channels, _) = self { channels } else { &mut [] }
     }
+
+    /// The calibration in use of a lane, if it learns.
+    pub(super) fn calibration(&self, lane: usize) -> Option<&Calibration<C::Element>> {
+        match self {
+            Self::Learning(learning) => learning.calibration(lane),
+            Self::Channels(channels, _) => channels.get(lane)?.calibration(),
+            Self::SideBySide | Self::External(_) => None,
+        }
+    }
 }
 
 /// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
@@ -70,7 +79,7 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar<Element: Precision>> {
     /// For analog controllers since the last tick: the command (N) at the end of the interval, its rate (N/s)
     /// and the compensation (V).
     pub(super) before: Option<[S; 3]>,
-    /// The compensation (V) before the first tick, which holds the valve at its known null.
+    /// The compensation (V) before the first tick, which holds the valve at its known or saved null.
     pub(super) null_signal: S,
     pub(super) estimates_velocity: bool,
     pub(super) adapts: bool,

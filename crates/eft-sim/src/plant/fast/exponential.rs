@@ -31,6 +31,8 @@ pub(crate) struct Exponential<S: Num> {
     propagator: Propagator<S>,
     /// Gain (1) of the working load cell that the propagator assumes.
     cell_gain: S,
+    /// The spool's opening (1) at rest, and the valve command (V) that holds it.
+    at_rest: [S; 2],
 }
 
 /// The state of the plant and of the method.
@@ -86,7 +88,16 @@ impl<S: Num> Exponential<S> {
             plant: PlainPlant::pack(rig)?,
             propagator: Propagator::pack(|i| &propagators[i]),
             cell_gain: S::from_lanes(cell_gain),
+            at_rest: [S::from_lanes(|i| rig(i).opening_at_rest()), S::from_lanes(|i| rig(i).null_command())],
         })
+    }
+
+    /// The state at rest.
+    pub(crate) fn at_rest(&self) -> FastState<S> {
+        let [spool, demand] = self.at_rest;
+        let plant = ActuatorState { spool, ..ActuatorState::default() };
+        let flow = [self.plant.flow_and_gain(&plant).0; 2];
+        FastState { plant, memory: Memory { flow, demand, ..Memory::default() } }
     }
 
     /// The blocks of the plant.
