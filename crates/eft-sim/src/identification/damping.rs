@@ -39,7 +39,7 @@ pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<Dampin
             "must have at least 20",
         ));
     }
-    let rest = detrend(displacement, |i| displacement[i].is_finite());
+    let rest = detrend(displacement, |i| f64::from(displacement[i].is_finite()));
     let energy: f64 = rest.iter().map(|v| v * v).sum();
     if !energy.is_normal() {
         return Err(Error::value("displacement", "constant", "must vibrate"));

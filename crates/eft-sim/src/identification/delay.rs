@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::gaps::{check, detrend, stretches};
+use super::gaps::{Fade, check, detrend};
 use crate::checks;
 use crate::error::{Error, Result};
 use crate::fourier::{Complex64, spectrum};
@@ -13,8 +13,13 @@ const EXCITED: f64 = 1e-4;
 const LEAST_BINS: usize = 8;
 /// Cosine beyond which a phase at zero frequency is that of a wrong sign. A band far above zero leaves the phase uncertain.
 const LEAST_ALIKE: f64 = 0.5;
-/// Largest share of the power in the band that the ends of the recording may have.
+/// Largest share of the power in the band that the ends of the recording may have. Beyond, the phases in the band are
+/// those of frequencies outside it.
 const MOST_FROM_ENDS: f64 = 0.7;
+/// Largest share of the delay by which the fading alone may move the estimate.
+const MOST_BY_FADING: f64 = 0.95;
+/// Largest number of corrections of the fading.
+const ROUNDS: usize = 30;
 /// Coherence below which phases count as random.
 const LEAST_COHERENCE: f64 = 0.6;
 /// Coherence that is enough for any number of frequencies.
@@ -27,7 +32,8 @@ const CHANCE: f64 = 1e-3;
 pub struct DelayEstimate {
     /// The delay (s), positive if the response lags.
     pub delay: f64,
-    /// Its standard uncertainty (s), from the scatter of the phases about their line.
+    /// Its standard uncertainty (s), from the scatter of the phases about their line, larger where the ends of the
+    /// recording have much of the power.
     pub uncertainty: f64,
     /// Phase (rad) of the line at zero frequency.
     pub intercept: f64,
@@ -42,7 +48,9 @@ pub struct DelayEstimate {
 /// The delay of a response behind its command, sampled at a rate (Hz), over a band (Hz): a linear regression
 /// of phase on frequency with an intercept. Each bin is weighted by the command's power.
 ///
-/// Samples that are not finite in either signal are gaps. Both signals are faded out around them.
+/// Samples that are not finite in either signal are gaps. Both signals are faded at them and at the ends of the
+/// recording. A response that is faded at the same time as its command seems less late than it is. So the fading of the
+/// command leads that of the response by the delay, which is found in rounds.
 ///
 /// # Errors
 /// Unequal or too short signals, a band outside 0 to half the rate, more gaps than samples, a command that does not
@@ -57,24 +65,22 @@ pub fn identify_delay(
     checks::sample_rate("sample_rate", sample_rate)?;
     checks::band(band, sample_rate)?;
     let (low, high) = band;
-    let samples = command.len();
-    let valid = |i: usize| command[i].is_finite() && response[i].is_finite();
-    let mask = mask(samples, (2.0 * sample_rate / high) as usize, valid)?;
-    let command = faded(command, &mask);
-    let x = spectrum(&command)?;
-    let y = spectrum(&faded(response, &mask))?;
-
-    let width = sample_rate / samples as f64;
-    let first = ((low / width - 1e-9).ceil() as usize).max(1);
-    let last = ((high / width + 1e-9).floor() as usize).min(x.len() - 1);
-    let strongest = (first..=last).map(|k| x[k].norm_sqr()).fold(0.0, f64::max);
-    let bins: Vec<usize> = (first..=last).filter(|k| x[*k].norm_sqr() > EXCITED * strongest).collect();
-    if bins.len() < LEAST_BINS || !strongest.is_normal() {
-        let found = format!("{} excited frequencies within {low} to {high} Hz", bins.len());
-        let allowed = format!("must excite at least {LEAST_BINS}: use a longer sweep or a wider band");
-        return Err(Error::value("command", found, allowed));
-    }
-    let ends = from_ends(&command, &x, &bins);
+    let width = sample_rate / command.len() as f64;
+    let at = |delay: f64| {
+        let fade = Fade::of(command, response, 2.0 * sample_rate / high, delay * sample_rate)?;
+        let x = spectrum(&fade.of_command(command))?;
+        let y = spectrum(&fade.of_response(response))?;
+        let bins = excited(&x, width, band)?;
+        let cross: Vec<(f64, Complex64)> =
+            bins.iter().map(|&k| (k as f64 * width, y[k] * x[k].conj())).collect();
+        let mut found = fit(&cross, &bins.iter().map(|&k| x[k].norm_sqr()).collect::<Vec<_>>(), width)?;
+        found.uncertainty *= fade.inflation().sqrt();
+        Ok::<_, Error>(found)
+    };
+    let start = at(0.0)?;
+    let plain = detrend(command, |i| f64::from(command[i].is_finite() && response[i].is_finite()));
+    let x = spectrum(&plain)?;
+    let ends = from_ends(&plain, &x, &excited(&x, width, band)?);
     if ends > MOST_FROM_ENDS {
         let found = format!(
             "{:.0} % of its power within {low} to {high} Hz from the ends of the recording",
@@ -82,8 +88,33 @@ pub fn identify_delay(
         );
         return Err(Error::value("command", found, "must excite the band: choose the band of the test"));
     }
-    let cross: Vec<(f64, Complex64)> = bins.iter().map(|&k| (k as f64 * width, y[k] * x[k].conj())).collect();
-    fit(&cross, &bins.iter().map(|&k| x[k].norm_sqr()).collect::<Vec<_>>(), width)
+    let (mut delay, step) = (start.delay, 1.0 / sample_rate);
+    let mut found = at(delay)?;
+    // The estimate moves with the fading by this share. Near 1 it has the delay of the fading alone.
+    let by_fading = (at(delay + step)?.delay - found.delay) / step;
+    let signals = 1.0 - by_fading.clamp(0.0, MOST_BY_FADING);
+    let mut rounds = 0;
+    while (found.delay - delay).abs() > (0.01 * found.uncertainty).max(1e-6 * step) && rounds < ROUNDS {
+        delay += (found.delay - delay) / signals;
+        found = at(delay)?;
+        rounds += 1;
+    }
+    found.uncertainty = found.uncertainty.hypot(found.delay - delay) / signals;
+    Ok(found)
+}
+
+/// Indices of the frequencies within the band (Hz) that a spectrum with this distance (Hz) of its bins has.
+fn excited(spectrum: &[Complex64], width: f64, (low, high): (f64, f64)) -> Result<Vec<usize>> {
+    let first = ((low / width - 1e-9).ceil() as usize).max(1);
+    let last = ((high / width + 1e-9).floor() as usize).min(spectrum.len() - 1);
+    let strongest = (first..=last).map(|k| spectrum[k].norm_sqr()).fold(0.0, f64::max);
+    let bins: Vec<usize> = (first..=last).filter(|k| spectrum[*k].norm_sqr() > EXCITED * strongest).collect();
+    if bins.len() < LEAST_BINS || !strongest.is_normal() {
+        let found = format!("{} excited frequencies within {low} to {high} Hz", bins.len());
+        let allowed = format!("must excite at least {LEAST_BINS}: use a longer sweep or a wider band");
+        return Err(Error::value("command", found, allowed));
+    }
+    Ok(bins)
 }
 
 /// Share of a signal's power in these bins that comes from the jump of value and slope from the last sample to the first,
@@ -177,36 +208,6 @@ fn least_coherence(n: f64) -> f64 {
     random.max(0.0).sqrt().clamp(LEAST_COHERENCE, RESONANT)
 }
 
-/// A mask with 1 in valid samples, 0 in gaps, and raised cosines of `ramp` samples between. It acts equally
-/// on command and response if it is slow compared with the delay.
-fn mask(samples: usize, ramp: usize, valid: impl Fn(usize) -> bool) -> Result<Vec<f64>> {
-    let mut mask = vec![0.0; samples];
-    let ramp = ramp.max(1);
-    let mut kept = 0;
-    for part in stretches(samples, 2 * ramp, valid) {
-        kept += part.len();
-        let (from, to) = (part.start, part.end);
-        for i in part {
-            // No fading at the ends of the recording, which are not gaps.
-            let before = if from == 0 { ramp } else { i - from };
-            let after = if to == samples { ramp } else { to - 1 - i };
-            let near = before.min(after).min(ramp) as f64 / ramp as f64;
-            mask[i] = 0.5 - 0.5 * (0.5 * TAU * near).cos();
-        }
-    }
-    if 2 * kept < samples {
-        let found = format!("{kept} of {samples} samples outside gaps");
-        return Err(Error::value("response", found, "at least half of the recording must be there"));
-    }
-    Ok(mask)
-}
-
-fn faded(signal: &[f64], mask: &[f64]) -> Vec<f64> {
-    let mut rest = detrend(signal, |i| mask[i] > 0.0);
-    rest.iter_mut().zip(mask).for_each(|(value, weight)| *value *= weight);
-    rest
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -291,6 +292,46 @@ mod tests {
                 assert!(right || !known, "{band:?}: {found:?}");
             }
         }
+    }
+
+    /// Motion of an oscillator under a sweep, noise or a sine that grows, cut from a longer recording.
+    fn resonant(seed: u64, noise: &mut impl FnMut() -> f64) -> Vec<f64> {
+        let part = |n: u64| (seed * n % 97) as f64 / 97.0;
+        let (samples, before) = ((4e3 * (1.0 + 6.0 * part(31))) as usize, 1000);
+        let (natural, damping) = (1.0 + 7.0 * part(13), 0.005 + 0.05 * part(29));
+        // A sweep that ends within the resonance.
+        let highest = natural * (0.9 + 0.2 * part(41));
+        let (turn, fade) = (TAU * natural / RATE, (-damping * TAU * natural / RATE).exp());
+        let (mut last, mut before_last) = (0.0, 0.0);
+        let mut response = Vec::with_capacity(samples + before);
+        for i in 0..samples + before {
+            let t = i as f64 / RATE;
+            let sweep = (0.5 * TAU * highest * t * t * RATE / (samples + before) as f64).sin();
+            let drive = if seed.is_multiple_of(2) { sweep } else { noise() };
+            let value = 2.0 * fade * turn.cos() * last - fade * fade * before_last + drive;
+            (before_last, last) = (last, value);
+            response.push(value);
+        }
+        response.split_off(before - 8)
+    }
+
+    #[test]
+    fn the_uncertainty_holds_where_a_recording_ends_in_motion() {
+        let mut noise = noise(11);
+        let (mut within, mut square) = (0, 0.0);
+        for seed in 0..100 {
+            let motion = resonant(seed, &mut noise);
+            let (late, command) = ((seed % 6) as usize, &motion[8..]);
+            let largest = motion.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            let size = 2e-3 * (seed % 7) as f64 / 6.0 * largest + 1e-9 * largest;
+            let response: Vec<f64> =
+                (0..command.len()).map(|i| 0.7 * motion[8 + i - late] + size * noise()).collect();
+            let found = identify_delay(command, &response, RATE, BAND).unwrap();
+            let off = (found.delay - late as f64 / RATE) / found.uncertainty;
+            within += u32::from(off.abs() < 2.0);
+            square += off * off / 100.0;
+        }
+        assert!((90..=99).contains(&within) && square > 0.3, "{within} within two deviations, {square}");
     }
 
     #[test]

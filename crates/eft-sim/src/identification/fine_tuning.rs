@@ -166,7 +166,7 @@ fn check_motion(rig: &RigConfig, signals: TestSignals<'_>, sample_rate: f64, ban
     if structure.kind == StructureKind::ShearBuilding {
         return Ok(());
     }
-    let steady = |signal: &[f64]| spectrum(&detrend(signal, |_| true));
+    let steady = |signal: &[f64]| spectrum(&detrend(signal, |_| 1.0));
     let (force, velocity) = (steady(signals.force)?, steady(signals.velocity)?);
     let natural = (structure.stiffness / structure.mass).sqrt() / TAU;
     let width = sample_rate / signals.force.len() as f64;
@@ -264,7 +264,7 @@ impl Spectra {
         let one = |_: usize| Complex64::new(1.0, 0.0);
         let rate = |k: usize| Complex64::new(0.0, TAU * width * k as f64);
 
-        let steady = |signal: &[f64]| detrend(signal, |_| true);
+        let steady = |signal: &[f64]| detrend(signal, |_| 1.0);
         let command = spectrum(&steady(signals.command))?;
         let force = spectrum(&steady(signals.force))?;
         let velocity = spectrum(&steady(signals.velocity))?;
