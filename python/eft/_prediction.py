@@ -34,7 +34,7 @@ class Prediction(NamedTuple):
     constants: dict[str, float]
     """Keys that cause a constant force, with the force in N."""
     left_out: tuple[str, ...]
-    """Keys of the rig whose effect is not contained."""
+    """What is not contained: keys of the rig, and the command above 20 Hz."""
 
 
 def predicted(rig: Rig, command: Command) -> Prediction | None:
@@ -43,8 +43,8 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     if found is None:
         return None
     return Prediction(
-        PredictedError(*found["force"]),
-        PredictedError(*found["displacement"]),
+        PredictedError(**found["force"]),
+        PredictedError(**found["displacement"]),
         dict(found["constants"]),
         tuple(found["left_out"]),
     )

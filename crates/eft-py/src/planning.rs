@@ -6,7 +6,7 @@ use eft_sim::prediction::{self, PredictedError};
 use eft_sim::{preparation, spectra};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{IntoPyDict, PyDict, PyList};
 
 use crate::arrays;
 use crate::errors::to_python;
@@ -168,9 +168,9 @@ pub(crate) fn learned(rig: &Rig, sample_rate: f64) -> PyResult<Rig> {
 /// Returns
 /// -------
 /// dict or None
-///     ``force`` and ``displacement``: the whole error, and its parts by noise and by constant forces, rms over rms.
-///     ``constants``: keys with the constant force in N that each
-///     causes. ``left_out``: keys whose effect is not contained.
+///     ``force`` and ``displacement``: the ``whole`` error, and its parts by ``noise`` and by ``constant`` forces, rms
+///     over rms. ``constants``: keys with the constant force in N that each causes. ``left_out``: what is not contained,
+///     keys of the rig and the command above 20 Hz.
 #[pyfunction]
 pub(crate) fn predicted_errors<'py>(
     py: Python<'py>,
@@ -180,10 +180,13 @@ pub(crate) fn predicted_errors<'py>(
     let rig = &rig.config;
     let commands = command.of(rig)?;
     let Some(found) = interruptible(py, || prediction::predict(rig, commands))? else { return Ok(None) };
-    let parts = |error: PredictedError| (error.whole, error.noise, error.constant);
+    let parts = |error: PredictedError| {
+        let parts = [("whole", error.whole), ("noise", error.noise), ("constant", error.constant)];
+        parts.into_py_dict(py)
+    };
     let answer = PyDict::new(py);
-    answer.set_item("force", parts(found.force))?;
-    answer.set_item("displacement", parts(found.displacement))?;
+    answer.set_item("force", parts(found.force)?)?;
+    answer.set_item("displacement", parts(found.displacement)?)?;
     answer.set_item("constants", found.constants)?;
     answer.set_item("left_out", found.left_out)?;
     Ok(Some(answer))

@@ -11,6 +11,9 @@ use crate::config::{ForceLoop, Realization, RigConfig};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
 
+/// Power beside that of an error that raises the error by a tenth (1).
+const NOTICED: f64 = 0.21;
+
 /// Errors of force and displacement at small motion, of the actuators with the largest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
@@ -20,7 +23,7 @@ pub struct Prediction {
     pub displacement: PredictedError,
     /// Keys that cause a constant force, each with its largest size (N).
     pub constants: Vec<(&'static str, f64)>,
-    /// Keys of the rig whose effect is not contained.
+    /// What is not contained: keys of the rig, and the command above 20 Hz if it may raise the force's error by a tenth.
     pub left_out: Vec<String>,
 }
 
@@ -99,7 +102,8 @@ fn errors(
     }
     let Some(faded) = Faded::of(commands) else { return Ok(None) };
     let mut signals = Signals::of(model, commands, &faded)?;
-    if !faded.contain(&signals, commands)? {
+    let within = faded.share(&signals, commands)?;
+    if within.is_nan() || within < 0.5 {
         return Ok(None);
     }
     let unknown = Unknown::of(rig);
@@ -119,6 +123,10 @@ fn errors(
         force = force.or_larger(error(0, own.missed_force, own.command)?);
         displacement = displacement.or_larger(error(1, own.missed_motion, own.ideal_motion)?);
         opening = opening.max(faded.rms(own.opening, 0.0)?);
+    }
+    // An actuator follows little of it, so it is an error itself.
+    if 1.0 - within > NOTICED * force.whole.powi(2) {
+        left_out.push("command above 20 Hz".into());
     }
     let largest = |all: &Vec<[f64; 2]>| all.iter().map(|one| one[0].abs()).fold(0.0, f64::max);
     let constants = at_rest.constants.iter().map(|(key, all)| (*key, largest(all))).collect();
@@ -159,6 +167,20 @@ fn left_out(rig: &RigConfig, model: &StateSpace) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn harmonics_above_the_band_are_named() {
+        let rig = RigConfig::zhao2005();
+        for square in [false, true] {
+            let sine = |i: u32| (std::f64::consts::TAU * 2.0 * f64::from(i) / 4096.0).sin();
+            let wave = |i| 1e3 * if square { sine(i).signum() } else { sine(i) };
+            let command = Command::new((0..16_384).map(wave).collect(), 4096.0).unwrap();
+            let found = predict(&rig, &[command]).unwrap().unwrap();
+            let named = found.left_out.iter().any(|what| what == "command above 20 Hz");
+            assert_eq!(named, square, "{found:?}");
+        }
+    }
+
     #[test]
     fn a_silent_actuator_has_no_error_and_a_silent_test_no_prediction() {
         let rig = RigConfig::zhao2005();

@@ -77,12 +77,12 @@ impl Faded {
         Ok((sum / self.samples as f64).sqrt())
     }
 
-    /// Whether the band has at least half of the commands' power.
-    pub(super) fn contain(&self, signals: &[Signals], commands: &[Command]) -> Result<bool> {
+    /// Share of the commands' power within the band.
+    pub(super) fn share(&self, signals: &[Signals], commands: &[Command]) -> Result<f64> {
         let power = |command: &Command| command.values.iter().map(|value| value * value).sum::<f64>();
         let whole: f64 = commands.iter().map(power).sum::<f64>() / self.samples as f64;
         let within = signals.iter().map(|own| Ok(self.rms(own.command.clone(), 0.0)?.powi(2)));
-        Ok(within.sum::<Result<f64>>()? >= 0.5 * whole)
+        Ok(within.sum::<Result<f64>>()? / whole)
     }
 
     /// The responses of a model at a bin.
