@@ -334,3 +334,8 @@ def test_a_missing_package_is_named_with_its_extra(folder, monkeypatch, capsys):
     capsys.readouterr()
     assert main(["study", "a.toml"]) == 2
     assert capsys.readouterr().err.endswith("eft study: " + needs.format("pyarrow", "study"))
+
+
+def test_a_factor_without_a_limit_is_any(folder, capsys):
+    assert main(["check", "--record", "elcentro", "--scale", "0", "--largest"]) == 0
+    assert "largest factor on this command: any" in capsys.readouterr().out

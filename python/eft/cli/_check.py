@@ -15,7 +15,7 @@ from eft._display import shown
 from eft._test_file import TestPlan
 from eft._verdict import Verdict
 from eft.cli._check_many import check_many
-from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table, units_option
+from eft.cli._output import FILE, as_json, emit_json, epilog, factor, progress, table, units_option
 from eft.cli._plan import command_options, memory_of, plan_of, plans_of
 from eft.cli._run import graded, metrics_of, remedies_of
 
@@ -106,9 +106,8 @@ def check(
             click.echo(f"\nwith all of them: {helped.grade}. {helped.text}")
         if scale:
             limits = "".join(f"\n- {reason}" for reason in scale.limited_by)
-            click.echo(
-                f"\nlargest factor on this command: {scale.scale:.3g}{limits and ', limited by:'}{limits}"
-            )
+            most = factor(scale.scale)
+            click.echo(f"\nlargest factor on this command: {most}{limits and ', limited by:'}{limits}")
     if not outcome.ok:
         raise click.exceptions.Exit(1)
 

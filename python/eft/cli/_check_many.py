@@ -10,7 +10,7 @@ import click
 
 from eft._test_file import TestPlan
 from eft._valve_choice import ValveTable, read_valves, tried, with_valve
-from eft.cli._output import emit_json, table
+from eft.cli._output import emit_json, factor, table
 
 
 def check_many(plans: Sequence[TestPlan], catalogue: Path | None, largest: bool, as_json: bool) -> None:
@@ -32,7 +32,7 @@ def check_many(plans: Sequence[TestPlan], catalogue: Path | None, largest: bool,
             cells = [row.command, row.grade, f"{row.force_error:.1%}", f"{row.max_spool:.0%}"]
             if catalogue is not None:
                 cells[0] = f"{row.valve}, {row.command}" if len(plans) > 1 else row.valve
-            lines.append(cells + ([f"{row.largest_scale:.3g}"] if row.largest_scale is not None else []))
+            lines.append(cells + ([factor(row.largest_scale)] if row.largest_scale is not None else []))
         header[0] = "valve" if catalogue is not None else "test"
         click.echo(table(lines, header))
         for cells, row in zip(lines, found, strict=True):

@@ -68,6 +68,11 @@ settings = click.option(
 )
 
 
+def factor(largest: float) -> str:
+    """A largest factor on a command; none limits one that is infinite."""
+    return f"{largest:.3g}" if math.isfinite(largest) else "any"
+
+
 def emit_json(answer: dict[str, Any]) -> None:
     """Print an answer as `json_text`."""
     click.echo(json_text(answer))
