@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::Estimate;
 use super::gaps::{check, stretches};
+use super::integrated_noise::{MOST_MEMORY, Part, clustering, memory_of, whitened};
 use crate::checks;
 use crate::error::{Error, Result};
 use crate::interruption;
@@ -17,6 +18,8 @@ pub(super) const LEAST_SAMPLES: usize = 20;
 const LEAST_STRETCH: usize = 100;
 /// Largest change of the flow from the middle to an end of a recording, as a share.
 const LARGEST_CHANGE: f64 = 0.05;
+/// Number of fits, each with the noise that the one before left.
+const ROUNDS: usize = 3;
 /// Largest opening that can still be a fraction of the stroke.
 const LARGEST_OPENING: f64 = 1.2;
 
@@ -194,6 +197,11 @@ fn inflation(square: f64, product: f64) -> f64 {
     (1.0 + correlation) / (1.0 - correlation)
 }
 
+/// Flows (m³) less those of a solution.
+fn rests((rows, flows): &Part, solution: &DVector<f64>) -> Vec<f64> {
+    rows.iter().zip(flows).map(|(row, flow)| flow - row.dot(solution)).collect()
+}
+
 struct Fit {
     knots: Vec<f64>,
     /// Slope (m³/s) of each cell; zero without measurements.
@@ -235,7 +243,7 @@ impl Fit {
     }
 
     /// Least squares on `A·x = Σ slope·∫ramp dt + offset + drift·t`, with a separate offset and drift for
-    /// each stretch.
+    /// each stretch. Noise of the spool is integrated and that of the displacement is not, so the rows are whitened.
     fn solve(&mut self, stretches: &[(&[f64], &[f64])], sample_rate: f64, area: f64) -> Result<()> {
         let used: Vec<usize> = (0..self.inside.len()).filter(|c| self.inside[*c] >= LEAST_SAMPLES).collect();
         let n = used.len();
@@ -265,49 +273,40 @@ impl Fit {
             }
             all
         };
-        let mut normal = DMatrix::zeros(n, n);
-        let mut right = DVector::zeros(n);
-        let mut projected = Vec::new();
-        let mut samples = 0;
-        for (spool, displacement) in stretches {
-            interruption::check()?;
-            let rows = rows(spool);
-            let count = rows.len();
-            samples += count;
-            let time = |i: usize| 2.0 * i as f64 / (count - 1) as f64 - 1.0;
-            let square: f64 = (0..count).map(|i| time(i) * time(i)).sum();
-            let mean = rows.iter().fold(DVector::zeros(n), |sum, row| sum + row) / count as f64;
-            let drift =
-                rows.iter().enumerate().fold(DVector::zeros(n), |sum, (i, row)| sum + row * time(i)) / square;
-            let y_mean = displacement.iter().sum::<f64>() / count as f64;
-            let y_drift = displacement.iter().enumerate().map(|(i, x)| x * time(i)).sum::<f64>() / square;
-            let mut part = Vec::with_capacity(count);
-            for (i, row) in rows.into_iter().enumerate() {
-                if i.is_multiple_of(1024) {
-                    interruption::check()?;
-                }
-                let row = row - &mean - &drift * time(i);
-                let flow = area * (displacement[i] - y_mean - y_drift * time(i));
-                normal.ger(1.0, &row, &row, 1.0);
-                right.axpy(flow, &row, 1.0);
-                part.push((row, flow));
-            }
-            projected.push(part);
-        }
         let refused = || {
             Error::value("spool", format!("{n} cells reached"), "must move enough to separate their slopes")
         };
-        let factor = normal.cholesky().filter(|_| n >= 2).ok_or_else(refused)?;
-        let solution = factor.solve(&right);
-        let (mut variance, mut product) = (0.0, 0.0);
-        let mut changes = Vec::with_capacity(projected.len());
-        for part in &projected {
-            let fitted: Vec<f64> = part.iter().map(|(row, _)| row.dot(&solution)).collect();
-            let rests: Vec<f64> = part.iter().zip(&fitted).map(|((_, flow), fitted)| flow - fitted).collect();
-            variance += rests.iter().map(|rest| rest * rest).sum::<f64>();
-            product += rests.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
-            changes.push(change(&fitted, &rests));
+        let mut parts = Vec::with_capacity(stretches.len());
+        for (spool, displacement) in stretches {
+            interruption::check()?;
+            let start = displacement[0];
+            parts.push((rows(spool), displacement.iter().map(|x| area * (x - start)).collect::<Vec<f64>>()));
         }
+        let mut memory = MOST_MEMORY;
+        let mut fit = || {
+            let white: Vec<Part> = parts.iter().map(|part| whitened(part, memory)).collect::<Result<_>>()?;
+            let (mut normal, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
+            for (row, flow) in white.iter().flat_map(|(rows, flows)| rows.iter().zip(flows)) {
+                normal.ger(1.0, row, row, 1.0);
+                right.axpy(*flow, row, 1.0);
+            }
+            let factor = normal.cholesky().filter(|_| n >= 2).ok_or_else(refused)?;
+            let solution = factor.solve(&right);
+            memory = memory_of(parts.iter().map(|part| rests(part, &solution)))?;
+            Ok::<_, Error>((white, factor, solution))
+        };
+        for _ in 1..ROUNDS {
+            fit()?;
+        }
+        let (white, factor, solution) = fit()?;
+        let left: Vec<Vec<f64>> = white.iter().map(|part| rests(part, &solution)).collect();
+        let variance: f64 = left.iter().flatten().map(|rest| rest * rest).sum();
+        let samples = left.iter().map(Vec::len).sum::<usize>();
+        let changed = |part: &Part| {
+            let fitted: Vec<f64> = part.0.iter().map(|row| row.dot(&solution)).collect();
+            change(&fitted, &rests(part, &solution))
+        };
+        let changes: Vec<f64> = parts.iter().map(changed).collect();
         self.change = (changes.iter().map(|one| one * one).sum::<f64>() / changes.len() as f64).sqrt();
         if let Some(change) = changes.iter().find(|one| one.abs() > LARGEST_CHANGE) {
             let found = format!("{:+.0} % from the first to the last sample", 200.0 * change);
@@ -315,7 +314,7 @@ impl Fit {
             return Err(Error::value("flow", found, allowed));
         }
         let free = samples.saturating_sub(n + 2 * stretches.len()).max(1);
-        let covariance = factor.inverse() * (variance / free as f64 * inflation(variance, product));
+        let covariance = factor.inverse() * (variance / free as f64 * clustering(&left));
         for (i, &cell) in used.iter().enumerate() {
             self.slopes[cell] = solution[i];
             for (j, &other) in used.iter().enumerate() {
@@ -369,5 +368,77 @@ impl Fit {
             check_known(&name, Estimate { value: flows[k].abs(), uncertainty: uncertainty[k] })?;
         }
         Ok(FlowCurveEstimate { openings, flows, uncertainty, measured })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    const RATE: f64 = 1000.0;
+    const AREA: f64 = 0.0127;
+    /// Flow (m³/s) at an opening of one.
+    const FLOW: f64 = 0.01;
+
+    /// Flow (m³/s) of a curve of straight pieces between 11 points.
+    fn flow(opening: f64, bend: f64, skew: f64) -> f64 {
+        let at = |k: f64| FLOW * k * (1.0 - bend * k.abs()) * (1.0 + skew * k.signum());
+        let low = (opening * 5.0).floor();
+        let share = opening * 5.0 - low;
+        (1.0 - share) * at(low / 5.0) + share * at((low + 1.0) / 5.0)
+    }
+
+    #[test]
+    fn the_uncertainty_holds_with_noise_of_the_spool() {
+        let mut state = 5_u64;
+        let mut uniform = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let (mut within, mut outer_within, mut points, mut outer, mut square) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for _ in 0..100 {
+            let (bend, skew) = (0.2 * uniform(), 0.08 * (uniform() - 0.5));
+            let (spool_noise, noise) = (2e-3 * uniform(), libm::pow(10.0, -7.0 + 3.0 * uniform()));
+            let tests: Vec<(Vec<f64>, Vec<f64>)> = (0..2)
+                .map(|_| {
+                    let (amplitude, frequency) = (0.45 + 0.5 * uniform(), 1.0 + 2.0 * uniform());
+                    let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+                    let opening = |i: usize| amplitude * (TAU * frequency * i as f64 / RATE).sin();
+                    let mut moved = 0.0;
+                    (0..3000)
+                        .map(|i| {
+                            let rate = |i| flow(opening(i), bend, skew) / AREA;
+                            moved += 0.5 * (rate(i) + rate(i + 1)) / RATE;
+                            (opening(i + 1) + spool_noise * normal(), moved + noise * normal())
+                        })
+                        .unzip()
+                })
+                .collect();
+            let recordings: Vec<Recording<'_>> = tests
+                .iter()
+                .map(|(spool, displacement)| Recording {
+                    spool: spool.as_slice(),
+                    displacement: displacement.as_slice(),
+                })
+                .collect();
+            let found = identify_flow_curve(&recordings, RATE, AREA, 11).unwrap();
+            let reached: Vec<usize> = (0..11).filter(|k| found.measured[*k] && *k != 5).collect();
+            for k in &reached {
+                let off = (found.flows[*k] - flow(found.openings[*k], bend, skew)) / found.uncertainty[*k];
+                let right = f64::from(off.abs() < 2.0);
+                (within, points, square) = (within + right, points + 1.0, square + off * off);
+                if k == &reached[0] || Some(k) == reached.last() {
+                    (outer_within, outer) = (outer_within + right, outer + 1.0);
+                }
+            }
+        }
+        let (all, outermost, rms) = (within / points, outer_within / outer, (square / points).sqrt());
+        let share = 0.9..=0.995;
+        assert!(
+            share.contains(&all) && share.contains(&outermost) && (0.8..1.25).contains(&rms),
+            "within two deviations {all:.3}, outermost {outermost:.3}, rms {rms:.2}"
+        );
     }
 }

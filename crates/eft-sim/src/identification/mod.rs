@@ -15,6 +15,7 @@ mod flow_differences;
 mod force_loop;
 mod friction;
 mod gaps;
+mod integrated_noise;
 mod least_squares;
 mod load_cell;
 mod overlap;
