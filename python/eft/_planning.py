@@ -111,9 +111,9 @@ class Feasibility(Result):
     """Of the displacement against the ideal one, likewise."""
     left_out: tuple[str, ...]
     """Keys of the rig with an effect that the predicted errors do not contain, such as a known overlap, which
-    the controller does not compensate for exactly. ``"command above 20 Hz"`` stands for the part of the command
-    there, as of a square wave, if it may raise the predicted error by a tenth. A test on the virtual rig shows
-    both."""
+    the controller does not compensate for exactly. ``"command above 20 Hz"`` stands for the part of the
+    command there, as of a square wave, if it may raise the predicted error by a tenth. A test on the virtual
+    rig shows both."""
 
 
 class InverseDynamics(NamedTuple):

@@ -29,8 +29,8 @@ def identify_delay(
 ) -> DelayEstimate:
     """Estimate the delay of a response from the slope of phase against frequency (Fig. 4a).
 
-    Samples that are NaN are gaps. Offset and linear drift are removed. The ends of the recording are faded over
-    two periods of the band's highest frequency, so a recording may end in motion.
+    Samples that are NaN are gaps. Offset and linear drift are removed. The ends of the recording are faded
+    over two periods of the band's highest frequency, so a recording may end in motion.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ def identify_delay(
 
     Notes
     -----
-    The uncertainty contains the noise of both signals and the scatter of the phases about a line. Of 300 random
-    sweeps, noises and earthquakes of 4 to 60 s with noise up to 0.2 %, half of them resonant and cut off in
-    motion, 95 % had the true delay within two uncertainties.
+    The uncertainty contains the noise of both signals and the scatter of the phases about a line. Of 300
+    random sweeps, noises and earthquakes of 4 to 60 s with noise up to 0.2 %, half of them resonant and cut
+    off in motion, 95 % had the true delay within two uncertainties.
 
     Raises
     ------
