@@ -63,7 +63,7 @@ fn calibrated(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
             ("controller.integral_gain", designed.integral_gain.into()),
         ]);
     }
-    let table = rig.plant().get("servovalve.flow_table")?.filter(|_| !rig.compensation.curve_correction);
+    let table = rig.plant().get("servovalve.flow_table")?.filter(|_| !rig.compensation.corrects_curve());
     changes.extend(table.map(|table| ("servovalve.true_flow_table", table)));
     rig.plant().replace(&changes)
 }

@@ -128,7 +128,7 @@ impl RigConfig {
 
     /// The commanded opening (1) at rest: the null that the controller knows, or has learned in an earlier test.
     pub fn known_null(&self) -> f64 {
-        let learns = self.compensation.adaptive && self.compensation.curve_correction;
+        let learns = self.compensation.corrects_curve();
         let learned = self.calibration.as_ref().filter(|saved| learns && saved.excitation > 0.0);
         learned.map_or(self.servovalve.null_bias, |saved| saved.null_offset)
     }

@@ -80,8 +80,7 @@ fn missed_null(rig: &RigConfig) -> f64 {
 /// Whether the controller adds a learned null offset, which also contains a bias of the velocity.
 fn learns_null(rig: &RigConfig) -> bool {
     let integrates = rig.controller.realization == Realization::Digital && rig.controller.integral_gain > 0.0;
-    let learns = rig.compensation.adaptive && rig.compensation.curve_correction;
-    learns && !integrates && rig.controller.force_loop == ForceLoop::Pd
+    rig.compensation.corrects_curve() && !integrates && rig.controller.force_loop == ForceLoop::Pd
 }
 
 /// The prediction from a stable linear model and the state about rest; `None` without a command below 20 Hz.

@@ -44,7 +44,7 @@ impl Unknown {
             overlap: plant.servovalve.overlap - rig.servovalve.overlap,
             friction: plant.actuator.friction,
             friction_velocity: plant.actuator.friction_velocity,
-            learned: match (rig.compensation.adaptive, rig.compensation.curve_correction) {
+            learned: match (rig.compensation.adaptive, rig.compensation.corrects_curve()) {
                 (false, _) => Learned::Nothing,
                 (true, false) => Learned::FlowGain,
                 (true, true) => Learned::Curve,
