@@ -1,15 +1,26 @@
-"""Tables of the page on safety, from the files that ``safety.py`` writes."""
+"""Tables of the page on safety, from the files that the other scripts on safety write."""
 
 import csv
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SOUND, SUPPLIES, YIELDING
 from safety_laboratory import LABORATORY
 from safety_null import BIASES, NULL
+from safety_random_rigs import FAULTS as RIG_FAULTS
+from safety_random_rigs import LOWEST_RATE, RIGS, RUN
 from safety_sizes import SIZES
 
 from eft._files import write_text
+
+LEAST_SAMPLES = 250.0
+"""The sample rate over the natural frequency below which the force exceeds its level most often."""
+BEYOND = 1.75
+"""The force over its level that counts as a failure."""
+LATE = 0.6
+"""The time (s) after which a fault counts as not noticed."""
+Row = dict[str, str]
 
 
 def read(path: Path) -> list[dict[str, str]]:
@@ -49,6 +60,74 @@ def _of_null_bias() -> str:
         moment = "at the first sample" if start == "0" else "from 3 s on"
         name = "sound" if kind == "none" else f"{'lost' if kind == 'lost' else 'wrong sign'} {moment}"
         text.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join([*text, ""])
+
+
+def beyond(rows: Sequence[Row]) -> int:
+    """How many faults drove the force beyond."""
+    return sum(float(row["force"]) > BEYOND for row in rows)
+
+
+def _of_faults(rows: Sequence[Row]) -> str:
+    """One line per fault."""
+    head = ("sensor, fault", "noticed after: median, worst", f"later than {LATE} s", "right sensor named")
+    head += ("worst force over its level", f"beyond {BEYOND}")
+    lines = [f"| {' | '.join(head)} |", "| --- " * len(head) + "|"]
+    for signal, kind in RUN:
+        found = [row for row in rows if (row["signal"], row["kind"]) == (signal, kind)]
+        times = np.array([float(row["time"]) for row in found])
+        cells = (
+            f"{signal} {kind}",
+            f"{1e3 * np.median(times):.1f} ms, {1e3 * times[times < np.inf].max():.0f} ms",
+            f"{(times > LATE).sum()} of {len(found)}",
+            f"{sum(row['named'] == '1' for row in found)} of {len(found)}",
+            f"{max(float(row['force']) for row in found):.2f}",
+            f"{beyond(found)}",
+        )
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def conditions(rigs: dict[str, Row], rows: Sequence[Row]) -> dict[str, tuple[list[Row], list[Row]]]:
+    """The faults with and without each condition of the rig, of its levels and of the lost samples."""
+    usual = [row for row in rows if row["setting"] == "usual"]
+
+    def split(judge: Callable[[float, float], bool]) -> tuple[list[Row], list[Row]]:
+        halves: tuple[list[Row], list[Row]] = ([], [])
+        for row in usual:
+            rate, own = (float(rigs[row["rig"]][name]) for name in ("sample_rate", "frequency"))
+            halves[not judge(rate, own)].append(row)
+        return halves
+
+    def pairs(setting: str) -> tuple[list[Row], list[Row]]:
+        changed = [row for row in rows if row["setting"] == setting]
+        same = {(row["rig"], row["signal"], row["kind"]) for row in changed}
+        return changed, [row for row in usual if (row["rig"], row["signal"], row["kind"]) in same]
+
+    return {
+        "sample rate below 250 times the natural frequency": split(
+            lambda rate, own: rate < LEAST_SAMPLES * own
+        ),
+        "sample rate of 1,024 Hz, at least 250 times the frequency": split(
+            lambda rate, own: LEAST_SAMPLES * own <= rate < LOWEST_RATE
+        ),
+        "frequency above 7 Hz, and a rate of at least 250 times it": split(
+            lambda rate, own: own > 7.0 and rate >= LEAST_SAMPLES * own
+        ),
+        "load-cell faults, level down to a sixteenth of the capacity": pairs("low"),
+        "rate of 1,024 Hz, `lost_samples` of 3 instead of 10": pairs("few"),
+    }
+
+
+def _of_random_rigs() -> str:
+    """The faults of random rigs, and how much a condition of the rig or its levels matters."""
+    rigs, rows = {row["rig"]: row for row in read(RIGS)}, read(RIG_FAULTS)
+    text = [_of_faults([row for row in rows if row["setting"] == "usual"])]
+    text += ["| condition | with it | without it |", "| --- | --- | --- |"]
+    for name, halves in conditions(rigs, rows).items():
+        counts = ((beyond(half), len(half)) for half in halves)
+        cells = (f"{count} of {of} ({100 * count / of:.1f} %)" for count, of in counts)
+        text.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join([*text, ""])
 
 
@@ -124,6 +203,7 @@ def report(folder: Path) -> None:
         text.append(f"| {row['way']} | {force:.0f} kN | {displacement:.0f} mm |")
     write_text(folder / "safety_responses.md", "\n".join([*text, ""]))
     write_text(folder / "safety_null.md", _of_null_bias())
+    write_text(folder / "safety_random_rigs.md", _of_random_rigs())
     text = []
     rows = read(SOUND)
     by_level = sum(row["cause"].endswith("_level") for row in rows)

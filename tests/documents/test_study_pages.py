@@ -201,6 +201,45 @@ def test_the_kept_rigs_of_all_sizes_are_what_the_code_gives(script, tmp_path):
     assert "| all | 1000 |" in (tmp_path / "sized_rigs.md").read_text(encoding="utf-8")
 
 
+def test_the_kept_faults_of_random_rigs_are_what_the_code_gives(script, monkeypatch):
+    study, tables = script("safety_random_rigs"), script("safety_tables")
+    rigs, kept = tables.read(study.RIGS), tables.read(study.FAULTS)
+    # The first rig with each of the three settings.
+    number = next(int(row["rig"]) for row in kept if row["setting"] == "few")
+    some = (("force", "sign"), ("velocity", "sign"))
+    monkeypatch.setattr(study, "RUN", some)
+    row, faults = study.faults_of(number)
+    same(rigs[number], {"rig": number} | row)
+    of_rig = [one for one in kept if one["rig"] == str(number) and (one["signal"], one["kind"]) in some]
+    assert {one["setting"] for one in faults} == {"usual", "low", "few"} and len(faults) == 5
+    for old, now in zip(of_rig, faults, strict=True):
+        same(old, now)
+
+
+def test_the_pages_on_the_protection_state_the_kept_faults(script):
+    study, tables = script("safety_random_rigs"), script("safety_tables")
+    rigs, rows = {row["rig"]: row for row in tables.read(study.RIGS)}, tables.read(study.FAULTS)
+    slow, _, _, low, few = (
+        [(tables.beyond(half), len(half)) for half in halves]
+        for halves in tables.conditions(rigs, rows).values()
+    )
+    usual = [row for row in rows if row["setting"] == "usual"]
+    text = " ".join((DOCS.parent / "explanation" / "safety.md").read_text(encoding="utf-8").split())
+    how_to = " ".join((DOCS.parent / "how-to" / "protection.md").read_text(encoding="utf-8").split())
+    failed, worst = tables.beyond(usual), max(float(row["force"]) for row in usual)
+    for page, sentence in (
+        (text, f"in {failed} of the {len(usual):,} tests, with up to {worst:.1f} times."),
+        (text, f"In {slow[0][0]} of these the sample rate"),
+        (text, f"in {low[0][0]} of {low[0][1]} faults, and with an eighth in {low[1][0]} of the same faults"),
+        (text, f"of three, {few[0][0]} of {few[0][1]} faults on the random rigs"),
+        (text, f"level, and {few[1][0]} with ten."),
+        (how_to, f"{len(usual) - failed:,} of {len(usual):,} faults stayed below 1.75 times"),
+    ):
+        assert sentence in page
+    assert not [row for row in usual if row["kind"] != "gain" and float(row["time"]) > 0.2735]
+    assert not [row for row in usual if float(row["displacement"]) > 1.0]
+
+
 def gain_error(data, found):
     """The rms error (%) of the load cell's gain after a correction."""
     return 100 * ((data["force_gain"] / found - 1.0) ** 2).mean() ** 0.5
