@@ -13,9 +13,8 @@ from safety_random_rigs import LOWEST_RATE, RIGS, RUN
 from safety_sizes import SIZES
 
 from eft._files import write_text
+from eft._findings import LEAST_SAMPLES
 
-LEAST_SAMPLES = 250.0
-"""The sample rate over the natural frequency below which the force exceeds its level most often."""
 BEYOND = 1.75
 """The force over its level that counts as a failure."""
 LATE = 0.6

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eft import _native
-from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, worst
+from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, of_protection, worst
 from eft._native import Command, Rig
 from eft._prediction import of_prediction, predicted
 from eft._read_only import read_only
@@ -285,6 +285,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     counts as white noise of the rounding. A large opening, a limit, or a signal that stays within one step
     for many samples makes larger errors.
 
+    With the plausibility watch of the protection, a level of the force below an eighth of the actuator's
+    capacity and a sample rate below 250 times the natural frequency are cautions.
+
     Parameters
     ----------
     rig : Rig
@@ -312,6 +315,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     found = _native.check_feasibility(rig, command)
     rate = command.sample_rate
     findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate)]
+    findings += of_protection(rig, rate)
     errors = predicted(rig, command)
     if errors is not None:
         findings += of_prediction(rig, rate, errors)

@@ -240,6 +240,26 @@ def test_the_pages_on_the_protection_state_the_kept_faults(script):
     assert not [row for row in usual if float(row["displacement"]) > 1.0]
 
 
+def test_the_remarks_on_the_protection_state_the_kept_faults(script):
+    import eft
+
+    study, tables = script("safety_random_rigs"), script("safety_tables")
+    rigs, rows = {row["rig"]: row for row in tables.read(study.RIGS)}, tables.read(study.FAULTS)
+    slow, _, _, low, _ = (
+        [100 * tables.beyond(half) / len(half) for half in halves]
+        for halves in tables.conditions(rigs, rows).values()
+    )
+    rig = eft.Rig.zhao2005().replace({"protection.enabled": True, "protection.force_trip": 1e3})
+    told = " ".join(eft.check_feasibility(rig, eft.sine_sweep(500.0, 0.5, 3.0, 2.0, 256.0)).reasons)
+    for sentence in (
+        f"on random rigs {low[0]:.0f} % of the faults of the load cell",
+        f"and {low[1]:.1f} % beyond 1.75 times this one.",
+        f"on random rigs {slow[0]:.1f} % of the faults drove",
+        f"and {slow[1]:.1f} % above it.",
+    ):
+        assert sentence in told
+
+
 def gain_error(data, found):
     """The rms error (%) of the load cell's gain after a correction."""
     return 100 * ((data["force_gain"] / found - 1.0) ** 2).mean() ** 0.5

@@ -283,3 +283,53 @@ def test_check_tries_the_remedies_and_finds_the_largest_scale(tmp_path, capsys):
     assert answer["with_remedies"]["grade"] in ("go", "caution")
     # The loop is unstable for any factor.
     assert answer["largest_scale"] == 0.0 and answer["limited_by"]
+
+
+GUARDED = {
+    "controller.force_loop": "robust",
+    "compensation.level": 0.9,
+    "protection.enabled": True,
+    "protection.force_trip": 20e3,
+    "protection.displacement_trip": 0.1,
+}
+STIFF = {"structure.kind": "linear", "structure.stiffness": 7040 * (2 * np.pi * 5.0) ** 2}
+
+
+def of_protection(changes, rate):
+    """The remarks on the protection: the same before a test and after it, and never the reason of a no."""
+    command = eft.sine_sweep(2000.0, 0.5, 3.0, 2.0, rate)
+    rig = RIG.replace(GUARDED | changes)
+    check, run = eft.check_feasibility(rig, command), eft.simulate(rig, command)
+    told = [one for one in check.reasons if "1.75 times" in one]
+    assert told == said(run, "1.75 times")
+    without = eft.check_feasibility(rig.replace({"protection.enabled": False}), command)
+    assert check.verdict == ("caution" if told and without.verdict == "go" else without.verdict)
+    # No change of a level is advised without the engineer.
+    assert run.verdict.ok and not [one for one in run.verdict.remedies if one.why in told]
+    return told
+
+
+def test_a_low_level_of_the_force_is_told():
+    # An eighth of the capacity of 156.0 kN is 19.50 kN.
+    (told,) = of_protection({"protection.force_trip": 12e3}, 4096.0)
+    assert told.startswith(
+        "The level protection.force_trip = 12 kN is 7.7 % of the actuator's capacity, "
+        "advised at least 12.5 % (19.5 kN)"
+    )
+    least = RIG["actuator.piston_area"] * RIG["supply.pressure"] / 8.0
+    assert of_protection({"protection.force_trip": least}, 4096.0) == []
+
+
+def test_a_sample_rate_that_is_low_for_the_specimen_and_the_protection_is_told():
+    (told,) = of_protection(STIFF, 1024.0)
+    assert told.startswith(
+        "The sample rate 1024 Hz is 205 times the natural frequency of 5 Hz, "
+        "advised at least 250 times (1250 Hz)"
+    )
+    assert of_protection(STIFF, 1280.0) == []
+
+
+@pytest.mark.parametrize("off", ["protection.enabled", "protection.plausibility"])
+def test_without_the_watch_neither_is_told(off):
+    assert of_protection(STIFF | {"protection.force_trip": 12e3, off: False}, 1024.0) == []
+    assert len(of_protection(STIFF | {"protection.force_trip": 12e3}, 1024.0)) == 2
