@@ -278,7 +278,7 @@ def of_protection(rig: Rig, rate: float, outside: bool = False) -> Iterator[Find
             f"The sample rate {rate:g} Hz is {rate / own:.0f} times the natural frequency of {own:.3g} Hz, "
             f"advised at least {LEAST_SAMPLES:.0f} times ({LEAST_SAMPLES * own:.0f} Hz) with the protection: "
             "on random rigs 3.3 % of the faults drove the force beyond 1.75 times its level below this rate, "
-            "and 0.2 % above it.",
+            "and 0.1 % above it.",
         )
 
 

@@ -87,7 +87,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     #[inline(always)]
     pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
         let beyond = |n: usize, share: f64| self.is_beyond(state, n, share);
-        let [_, _, velocity, spool] = &state.signals;
+        let [_, displacement, velocity, spool] = &state.signals;
         if beyond(TRAVEL, share) {
             self.of_motion(state)
         } else if beyond(RATIO, share) {
@@ -98,7 +98,13 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             if self.is_frozen(spool) {
                 Cause::SpoolImplausible
             } else if beyond(TRAVEL, 0.3) || self.is_frozen(velocity) {
-                self.of_motion(state)
+                match self.of_motion(state) {
+                    // These flows contain the velocity's sensor only: a displacement that moves does not change them.
+                    Cause::DisplacementImplausible if !self.is_frozen(displacement) => {
+                        Cause::ForceImplausible
+                    }
+                    cause => cause,
+                }
             } else {
                 Cause::ForceImplausible
             }

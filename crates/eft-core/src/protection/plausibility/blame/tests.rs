@@ -40,7 +40,7 @@ fn the_sums_name_the_sensor() {
         DisplacementImplausible as Displacement, FlowImplausible as Flow, ForceImplausible as Force,
         SpoolImplausible as Spool, ValveImplausible as Valve, VelocityImplausible as Velocity,
     };
-    let cases: [Case; 29] = [
+    let cases: [Case; 31] = [
         (&[], &[], Cause::None),
         (&[(BALANCE, 1.0), (FAST, 1.0), (TRAVEL, 1.0)], &[], Cause::None),
         (&[(STROKE, 1.0), (TURNED, 1.0), (RATIO, 1.0)], &[], Cause::None),
@@ -58,7 +58,10 @@ fn the_sums_name_the_sensor() {
         (&[(AGAINST, 1.01), (TURNED, 1.01), (FAST, 1.01)], &[], Spool),
         (&[(RATIO, 1.01), (AGAINST, 1.01)], &[], Velocity),
         (&[(FAST, 1.01), (TRAVEL, 0.3)], &[], Force),
-        (&[(FAST, 1.01), (TRAVEL, 0.31)], &[], Displacement),
+        // A displacement that moves changes no flow.
+        (&[(FAST, 1.01), (TRAVEL, 0.31)], &[], Force),
+        (&[(TURNED, 1.01), (TRAVEL, 0.31)], &[], Force),
+        (&[(FAST, 1.01), (TRAVEL, 0.31)], &[DISPLACEMENT], Displacement),
         (&[(FAST, 1.01)], &[VELOCITY], Velocity),
         // Below them.
         (&[(BALANCE, 1.01)], &[], Flow),
