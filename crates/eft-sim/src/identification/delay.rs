@@ -88,16 +88,30 @@ pub fn identify_delay(
         );
         return Err(Error::value("command", found, "must excite the band: choose the band of the test"));
     }
+    let few = |found: String| {
+        Error::value("command", found, "must excite a range of frequencies: use a sweep or noise")
+    };
+    let duration = command.len() as f64 / sample_rate;
+    let moved = |delay| at(delay).map_err(|_| few(format!("no delay that fits into its {duration:.3} s")));
     let (mut delay, step) = (start.delay, 1.0 / sample_rate);
-    let mut found = at(delay)?;
+    let mut found = moved(delay)?;
     // The estimate moves with the fading by this share. Near 1 it has the delay of the fading alone.
-    let by_fading = (at(delay + step)?.delay - found.delay) / step;
-    let signals = 1.0 - by_fading.clamp(0.0, MOST_BY_FADING);
+    let by_fading = (moved(delay + step)?.delay - found.delay) / step;
+    if by_fading.is_nan() || by_fading > MOST_BY_FADING {
+        return Err(few(format!("a delay that follows the fading of its ends by {:.0} %", 1e2 * by_fading)));
+    }
+    let signals = 1.0 - by_fading.max(0.0);
     let mut rounds = 0;
     while (found.delay - delay).abs() > (0.01 * found.uncertainty).max(1e-6 * step) && rounds < ROUNDS {
         delay += (found.delay - delay) / signals;
-        found = at(delay)?;
+        found = moved(delay)?;
         rounds += 1;
+    }
+    if found.intercept.cos() < -LEAST_ALIKE {
+        let angle = found.intercept.cos().acos().to_degrees();
+        let found = format!("the opposite of the command: {angle:.0}° at zero frequency");
+        let allowed = "must have the sign of the command: check the wiring of both";
+        return Err(Error::value("response", found, allowed));
     }
     found.uncertainty = found.uncertainty.hypot(found.delay - delay) / signals;
     Ok(found)
@@ -177,17 +191,6 @@ fn fit(cross: &[(f64, Complex64)], weights: &[f64], width: f64) -> Result<DelayE
     }
     let delay = coarse - slope / TAU;
     let intercept = phase_mean - slope * frequency_mean - level.arg();
-    if intercept.cos() < -LEAST_ALIKE {
-        let found = format!(
-            "the opposite of the command: {:.0}° at zero frequency",
-            intercept.cos().acos().to_degrees()
-        );
-        return Err(Error::value(
-            "response",
-            found,
-            "must have the sign of the command: check the wiring of both",
-        ));
-    }
     Ok(DelayEstimate {
         delay,
         uncertainty: (variance / spread).sqrt() / TAU,
@@ -332,6 +335,35 @@ mod tests {
             square += off * off / 100.0;
         }
         assert!((90..=99).contains(&within) && square > 0.3, "{within} within two deviations, {square}");
+    }
+
+    #[test]
+    fn a_single_frequency_is_refused_or_has_the_right_delay() {
+        let mut noise = noise(7);
+        let mut refused = 0;
+        for seed in 0..200 {
+            let part = |n: u64| (seed * n % 97) as f64 / 97.0;
+            let (samples, frequency) = ((3e3 + 1.7e4 * part(31)) as usize, 0.5 + 5.5 * part(13));
+            let damping = if seed % 2 == 0 { 0.0 } else { 0.001 + 0.03 * part(29) };
+            let angle = |i: usize| TAU * frequency * i as f64 / RATE;
+            let motion: Vec<f64> = (0..samples + 14)
+                .map(|i| (angle(i) + 6.0 * part(41)).sin() * (-damping * angle(i)).exp())
+                .collect();
+            let (late, size) = (1 + (seed % 14) as usize, [0.0, 1e-4, 1e-3][(seed % 3) as usize]);
+            let response: Vec<f64> = (0..samples).map(|i| motion[14 + i - late] + size * noise()).collect();
+            match identify_delay(&motion[14..], &response, RATE, (0.25, 10.0)) {
+                Err(error) => {
+                    let said = error.to_string();
+                    assert!(said.starts_with("command = ") && !said.contains("wiring"), "{seed}: {said}");
+                    refused += 1;
+                }
+                Ok(found) => {
+                    let off = (found.delay - late as f64 / RATE).abs();
+                    assert!(off < 4.0 * found.uncertainty.max(1e-9), "{seed}: {off} s off, {found:?}");
+                }
+            }
+        }
+        assert!(refused > 20, "{refused}");
     }
 
     #[test]

@@ -99,6 +99,13 @@ impl Fade {
                 j += 1;
             }
         }
+        if ((samples - 1) as f64) < 2.0 * ramp {
+            let allowed = format!(
+                "must have more than {:.0}: four periods of the band's highest frequency",
+                2.0 * ramp
+            );
+            return Err(Error::value("command", format!("{samples} samples"), allowed));
+        }
         if 2.0 * kept < samples as f64 {
             let found = format!("{kept:.0} of {samples} samples outside gaps");
             return Err(Error::value("response", found, "at least half of the recording must be there"));

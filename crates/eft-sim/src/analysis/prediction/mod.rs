@@ -170,13 +170,20 @@ mod tests {
     #[test]
     fn harmonics_above_the_band_are_named() {
         let rig = RigConfig::zhao2005();
-        for square in [false, true] {
-            let sine = |i: u32| (std::f64::consts::TAU * 2.0 * f64::from(i) / 4096.0).sin();
-            let wave = |i| 1e3 * if square { sine(i).signum() } else { sine(i) };
-            let command = Command::new((0..16_384).map(wave).collect(), 4096.0).unwrap();
+        let sine = |i: u32| (std::f64::consts::TAU * 2.0 * f64::from(i) / 4096.0).sin();
+        let ramp = |i: u32| 0.5 - 0.5 * (std::f64::consts::PI * f64::from(i.min(4096)) / 4096.0).cos();
+        let waves: [(&dyn Fn(u32) -> f64, bool); 4] = [
+            (&sine, false),
+            (&|i| sine(i).signum(), true),
+            // They do not end at zero.
+            (&|i| ramp(i) * sine(i + 512), false),
+            (&ramp, false),
+        ];
+        for (n, (wave, above)) in waves.into_iter().enumerate() {
+            let command = Command::new((0..16_384).map(|i| 1e3 * wave(i)).collect(), 4096.0).unwrap();
             let found = predict(&rig, &[command]).unwrap().unwrap();
             let named = found.left_out.iter().any(|what| what == "command above 20 Hz");
-            assert_eq!(named, square, "{found:?}");
+            assert_eq!(named, above, "{n}: {found:?}");
         }
     }
 

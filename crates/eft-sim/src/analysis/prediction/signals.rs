@@ -56,9 +56,19 @@ impl Faded {
         FADED.powf(sample as f64 / self.length as f64)
     }
 
+    /// A command (N) that goes on after the test, without a jump, until it is silent. A jump to zero would ring before the
+    /// end of the test, because its part above 20 Hz is missing.
+    fn ended<'a>(&self, command: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        let command = &command[..self.samples.min(command.len())];
+        let (last, after) = (command.last().copied().unwrap_or_default(), self.length - self.samples);
+        let mirrored = command.iter().rev().chain(std::iter::repeat(&0.0)).take(after).enumerate();
+        let left = move |i: usize| 0.5 + 0.5 * (0.5 * TAU * i as f64 / after as f64).cos();
+        command.iter().copied().chain(mirrored.map(move |(i, value)| left(i) * (2.0 * last - value)))
+    }
+
     /// Spectrum of a signal.
     pub(super) fn spectrum(&self, signal: impl IntoIterator<Item = f64>) -> Result<Spectrum> {
-        let signal = signal.into_iter().take(self.samples).enumerate();
+        let signal = signal.into_iter().take(self.length).enumerate();
         let faded: Vec<f64> = signal.map(|(i, value)| value / self.growth(i)).collect();
         Ok(fourier::padded_spectrum(&faded, self.length)?.into_iter().take(self.last + 1).collect())
     }
@@ -109,7 +119,7 @@ impl Signals {
     pub(super) fn of(model: &StateSpace, commands: &[Command], faded: &Faded) -> Result<Vec<Self>> {
         let asked = commands
             .iter()
-            .map(|command| faded.spectrum(command.values.iter().copied()))
+            .map(|command| faded.spectrum(faded.ended(&command.values)))
             .collect::<Result<Vec<_>>>()?;
         let count = commands.len();
         let asked = DMatrix::from_fn(count, faded.last + 1, |actuator, bin| asked[actuator][bin]);
