@@ -37,6 +37,8 @@ LEAST_LEVEL = 1 / 8
 """The lowest advised level of the force over the actuator's capacity."""
 LEAST_SAMPLES = 250.0
 """The lowest advised sample rate over the natural frequency, with the protection."""
+ROUNDED = 0.995
+"""Share of an advised value that passes, because sentences round it."""
 
 SELF_CALIBRATION: Changes = (
     ("compensation.mode", "nonlinear"),
@@ -261,7 +263,7 @@ def of_protection(rig: Rig, rate: float, outside: bool = False) -> Iterator[Find
         return
     form, level = shown("force"), rig["protection.force_trip"]
     capacity = rig["actuator.piston_area"] * rig["supply.pressure"]
-    if level is not None and level < LEAST_LEVEL * capacity:
+    if level is not None and level < ROUNDED * LEAST_LEVEL * capacity:
         yield Finding(
             "caution",
             f"The level protection.force_trip = {form(level)} is {100 * level / capacity:.1f} % of the "
@@ -272,7 +274,7 @@ def of_protection(rig: Rig, rate: float, outside: bool = False) -> Iterator[Find
     if outside or rig["structure.kind"] == "shear_building":
         return
     own = float(np.sqrt(rig["structure.stiffness"] / rig["structure.mass"])) / (2 * np.pi)
-    if rate < LEAST_SAMPLES * own:
+    if rate < ROUNDED * LEAST_SAMPLES * own:
         yield Finding(
             "caution",
             f"The sample rate {rate:g} Hz is {rate / own:.0f} times the natural frequency of {own:.3g} Hz, "

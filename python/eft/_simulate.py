@@ -220,6 +220,10 @@ def simulate(
     if controller is not None:
         if watch:
             raise ValueError("watch = True: must be left out with an external controller")
+        if rig["calibration"] is not None:
+            raise ValueError(
+                "calibration: must be left out with an external controller, which starts from its own"
+            )
         step, rig, dtype = _step_of(controller), rig.replace(_TAKEN), "f32"
     warn_of_memory(f"command: {len(command)} samples need", memory_of_samples(rig, len(command)), _LESS)
     if watch:

@@ -68,7 +68,11 @@ def test_the_next_test_starts_from_it(rig: eft.Rig, run: eft.TestRun, dtype: str
     [
         {"controller.realization": "analog"},
         {"controller.realization": "digital"},
-        {"controller.realization": "digital", "controller.force_loop": "robust", "compensation.look_ahead": True},
+        {
+            "controller.realization": "digital",
+            "controller.force_loop": "robust",
+            "compensation.look_ahead": True,
+        },
     ],
 )
 def test_the_valve_starts_at_the_saved_null(loop: dict[str, object]) -> None:
@@ -160,3 +164,9 @@ def test_the_command_line_saves_it_and_starts_from_it(
 )
 def test_a_type_checker_knows_the_names_of_a_section(names, section):
     assert set(typing.get_args(names)) == {field.name for field in dataclasses.fields(section)}
+
+
+def test_an_external_controller_starts_from_its_own_calibration(rig: eft.Rig, run: eft.TestRun) -> None:
+    started = rig.replace({"calibration": run.calibration, "controller.realization": "digital"})
+    with pytest.raises(ValueError, match="calibration: must be left out with an external controller"):
+        eft.simulate(started, SWEEP, controller=eft.Controller(started))

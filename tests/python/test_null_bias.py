@@ -77,17 +77,18 @@ def test_every_door_starts_at_the_known_bias() -> None:
     plant = eft.Plant(rig)
     # Where the true valve stands under the command of the null.
     true_gain = 1.0 / (rig["servovalve.spool_sensitivity"] * rig["servovalve.spool_stroke"])
-    assert plant.state.spool == pytest.approx(0.1 * true_gain / rig["compensation.valve_gain"], rel=1e-12)
-    assert plant.step(rig["servovalve.null_bias"] / 0.1).spool == pytest.approx(0.1, rel=1e-3)
+    at_rest = 0.1 * true_gain / rig["compensation.valve_gain"]
+    assert plant.state.spool == pytest.approx(at_rest, rel=1e-12)
+    assert plant.step(rig["servovalve.null_bias"] / 0.1).spool == pytest.approx(at_rest, rel=1e-12)
     floors = building(2, **{"servovalve.null_bias": 0.1})
     still = eft.sine_sweep(1.0, 0.5, 4.0, 0.1, 4096.0)
     both = eft.Command(np.stack([still.values] * 2), 4096.0)
-    assert (eft.simulate(floors, both).spool[:, 0] == 0.1).all()
+    assert eft.simulate(floors, both).spool[:, 0] == pytest.approx(at_rest, rel=1e-12)
     # Before the first sample, and when a lost one repeats the last output, the valve is held.
     controller = eft.Controller(rig)
     assert controller.step(command=np.nan, velocity=0.0, force=0.0, spool=0.1) == pytest.approx(1.0)
     # A true null at zero: the rig rests at what its controller believes, and the force follows from that.
-    assert eft.simulate(rig, still).spool[0] == 0.1
+    assert eft.simulate(rig, still).spool[0] == pytest.approx(at_rest, rel=1e-12)
 
 
 def test_a_shutdown_ends_at_the_known_bias() -> None:

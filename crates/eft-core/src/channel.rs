@@ -95,7 +95,13 @@ const fn age_limit(p: &Parameters) -> Result<u32, ConfigError> {
     Ok(if ticks == NEVER { NEVER } else { ticks / window_ticks(p.sample_rate) })
 }
 
-/// Starts an estimate of the velocity, or resumes it after a gap.
+/// Whether an estimate of the velocity can start from a displacement (m).
+#[inline(always)]
+fn is_valid<T: Real>(displacement: T) -> bool {
+    displacement.abs() <= T::splat(LARGEST)
+}
+
+/// Starts an estimate of the velocity from a valid displacement, or resumes it after a gap.
 #[cold]
 #[inline(never)]
 fn resume<T: Real>(velocity: &Velocity<T>, state: &mut ChannelState<T>, input: &Input<T>) {
@@ -229,7 +235,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     #[inline(always)]
     fn velocity(&self, parts: Parts<'_, T, N>, state: &mut ChannelState<T>, input: &Input<T>) -> T {
         let estimates = !matches!(parts.velocity, Velocity::Sensor);
-        if estimates && state.velocity_gap >= self.gap_ticks && input.displacement.is_finite() {
+        if estimates && state.velocity_gap >= self.gap_ticks && is_valid(input.displacement) {
             resume(parts.velocity, state, input);
         }
         parts.velocity.step(&mut state.velocity, input)

@@ -94,7 +94,8 @@ functions! {
     }
 
     /// Like eft_learner_reset, but the learner starts from a saved calibration. Then start the channel by
-    /// eft_first_calibration and eft_reset_with. Refuses data that the learner cannot have saved. *why (may be null) then has the reason.
+    /// eft_first_calibration and eft_reset_with. Refuses data that the learner cannot have saved. *why (may be null)
+    /// then has the reason.
     fn eft_start_from_f32 eft_start_from_f64(learner: *const eft_learner<T>, saved: *const eft_saved_calibration, state: *mut eft_learner_state<T>, why: *mut eft_error) {
         let saved = given(saved.cast::<SavedCalibration>())?;
         match made(learner)?.start_from(saved) {

@@ -3,7 +3,7 @@
 use core::borrow::Borrow;
 
 use crate::channel::state::{Choice, Sound};
-use crate::channel::{Channel, ChannelState};
+use crate::channel::{Channel, ChannelState, is_valid, resume};
 use crate::compensation::Calibration;
 use crate::controller::ControllerInput;
 use crate::learning::Window;
@@ -111,6 +111,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         state.plausibility = state.plausibility.begun_anew(self.controller.null_opening(state.calibration()));
         state.stuck = StuckWatchState::default();
         state.velocity_gap = NEVER;
+        if is_valid(input.displacement) {
+            resume(&self.velocity, state, input);
+        }
         if state.ticks_left == 0 {
             state.begin_window(self.window_ticks);
         }

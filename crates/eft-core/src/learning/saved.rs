@@ -120,7 +120,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
 
     /// A learner at rest with the saved estimates. A channel that begins
     /// [with its first calibration](crate::Channel::at_rest_with) uses them from the first tick. Otherwise they take
-    /// effect at the first tick of the third window. A learner that does not adapt, and data without evidence, give [`at_rest`](Self::at_rest).
+    /// effect at the first tick of the third window. A learner that does not adapt, and data without evidence, give
+    /// [`at_rest`](Self::at_rest).
     ///
     /// # Errors
     /// Another version; a flow table with another greatest flow; an estimate beyond the learner's bounds; a standard

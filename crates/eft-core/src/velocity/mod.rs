@@ -14,7 +14,7 @@ use core::hint::black_box;
 use core::mem::discriminant;
 
 use crate::checksum::{Integrity, Word};
-use crate::error::{ConfigError, LARGEST, check, positive};
+use crate::error::{ConfigError, check, positive};
 use crate::integrity::integrity;
 use crate::number::Real;
 use crate::parameters::{Parameters, VelocitySource};
@@ -74,7 +74,7 @@ pub(crate) struct VelocityState<T> {
 integrity!(VelocityState<T>: derivative, observer);
 
 impl<T: Real> Velocity<T> {
-    /// The state before the first sample after a gap of some ticks without an estimate. It resumes from the mean
+    /// The state before the first valid sample after a gap of some ticks without an estimate. It resumes from the mean
     /// velocity of the gap. Without an earlier estimate it starts at rest.
     pub(crate) fn resumed(
         &self,
@@ -83,9 +83,6 @@ impl<T: Real> Velocity<T> {
         gap: Option<u32>,
     ) -> VelocityState<T> {
         let x = input.displacement;
-        if !(x.abs() <= T::splat(LARGEST)) {
-            return *before;
-        }
         let ticks = gap.map(|gap| T::from_u32(gap) + T::splat(1.0));
         let observed = |observer: &VelocityObserver<T>, acceleration| match ticks {
             Some(ticks) => observer.resumed(&before.observer, x, ticks),
@@ -231,16 +228,6 @@ mod tests {
         assert!(by_force.step(&mut { state }, &at(0.02, 3.0)).abs() < 1e-15);
         let moved = at(0.021, 5.0);
         assert_eq!((by_force.step(&mut state, &moved), state), (by_sensor.step(&mut like, &moved), like));
-    }
-
-    #[test]
-    fn the_largest_displacement_ends_a_gap() {
-        let derivative = made(VelocitySource::Derivative { corner: 80.0 });
-        for (displacement, resumes) in [(LARGEST, true), (1.001 * LARGEST, false)] {
-            let before = VelocityState::default();
-            let state = derivative.resumed(&before, &Input { displacement, ..Input::default() }, Some(3));
-            assert_eq!(state != before, resumes, "{displacement}");
-        }
     }
 
     #[test]

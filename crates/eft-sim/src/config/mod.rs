@@ -141,7 +141,7 @@ impl RigConfig {
     /// The true opening (1) of the spool at rest, under [`null_command`](Self::null_command).
     pub(crate) fn opening_at_rest(&self) -> f64 {
         let valve = &self.plant().servovalve;
-        self.null_command() / (valve.spool_sensitivity * valve.spool_stroke)
+        (self.null_command() / (valve.spool_sensitivity * valve.spool_stroke)).clamp(-1.0, 1.0)
     }
 
     /// Reads a configuration from TOML text.

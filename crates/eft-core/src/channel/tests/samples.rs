@@ -120,7 +120,8 @@ fn a_velocity_estimate_continues_from_the_mean_velocity_of_a_gap_and_not_of_a_sh
 fn a_velocity_estimate_starts_at_rest_from_the_first_displacement() {
     let gains = [0.05, 5.0, 50.0];
     let mass = 4000.0;
-    let lost = Input { displacement: f64::NAN, force: f64::NAN, ..swing(0) };
+    let lost = [f64::NAN, -1.001 * crate::LARGEST];
+    let lost = |tick: usize| Input { displacement: lost[tick % 2], force: f64::NAN, ..swing(0) };
     let still = Input { displacement: 0.03, force: 700.0, acceleration: 700.0 / mass, ..swing(0) };
     for velocity_source in [
         VelocitySource::Derivative { corner: 80.0 },
@@ -132,11 +133,14 @@ fn a_velocity_estimate_starts_at_rest_from_the_first_displacement() {
             let channel = Channel::<f64, 21>::new(&p).unwrap();
             let (at_rest, mut primed) = (channel.at_rest(), channel.at_rest());
             channel.step(&mut primed, &Input { displacement: -0.08, ..still });
-            channel.prime(&mut primed, &lost);
-            for mut state in [at_rest, primed] {
+            channel.prime(&mut primed, &lost(1));
+            let mut told = at_rest;
+            channel.prime(&mut told, &still);
+            assert_eq!(told.velocity_gap, 0);
+            for mut state in [at_rest, primed, told] {
                 for tick in 0..300 {
                     // The first samples are lost.
-                    let input = if tick < 100 { &lost } else { &still };
+                    let input = if tick < 100 { &lost(tick) } else { &still };
                     let velocity = channel.step(&mut state, input).velocity;
                     let stands = if tick < 100 { velocity.is_nan() } else { velocity.abs() < 1e-12 };
                     assert!(stands, "{velocity_source:?} {gap_time} {tick}: {velocity}");

@@ -100,7 +100,10 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             } else if beyond(TRAVEL, 0.3) || self.is_frozen(velocity) {
                 match self.of_motion(state) {
                     // These flows contain the velocity's sensor only: a displacement that moves does not change them.
-                    Cause::DisplacementImplausible if !self.is_frozen(displacement) => {
+                    // An estimated velocity contains the displacement.
+                    Cause::DisplacementImplausible
+                        if self.senses_velocity && !self.is_frozen(displacement) =>
+                    {
                         Cause::ForceImplausible
                     }
                     cause => cause,

@@ -81,6 +81,10 @@ fn the_sums_name_the_sensor() {
     for (sums, frozen, cause) in cases {
         assert_eq!(watch().contradiction(&with(sums, frozen), 1.0), cause, "{sums:?} {frozen:?}");
     }
+    // An estimated velocity contains the displacement.
+    let estimates = Plausibility { senses_velocity: false, ..watch() };
+    let state = with(&[(FAST, 1.01), (TRAVEL, 0.31)], &[]);
+    assert_eq!(estimates.contradiction(&state, 1.0), Cause::DisplacementImplausible);
     // Eleven repetitions are not stuck.
     let mut state = with(&[(FAST, 1.01)], &[SPOOL]);
     state.signals[SPOOL].repeats = 11;
