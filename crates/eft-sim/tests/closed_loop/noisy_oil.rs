@@ -15,12 +15,12 @@ fn uniform(state: &mut u64) -> f64 {
     (*state >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Errors in deviations of what is found in 50 sweeps of 2.2 or 8.9 kN to 40 Hz, with up to 0.1 % of noise.
+/// Errors in deviations of what is found in 24 sweeps of 2.2 or 8.9 kN to 40 Hz, with up to 0.1 % of noise.
 fn errors(rig: &RigConfig, found: impl Fn(&TestRun) -> Estimate) -> Vec<f64> {
     let mut state = 11;
     let sweep = |seed: i64| {
         let (share, oil) = (1e-3 * uniform(&mut state), 0.7 + 0.7 * uniform(&mut state));
-        let duration = 16.0 + 44.0 * uniform(&mut state);
+        let duration = 16.0 + 16.0 * uniform(&mut state);
         let oil = oil * rig.actuator.compressibility;
         let noise = FULL_SCALES.map(|(sensor, full)| (format!("truth.sensors.{sensor}.noise"), share * full));
         let mut keys: Vec<(&str, Value)> =
@@ -33,7 +33,7 @@ fn errors(rig: &RigConfig, found: impl Fn(&TestRun) -> Estimate) -> Vec<f64> {
         let found = found(&run);
         (found.value - oil) / found.uncertainty
     };
-    (0..50).map(sweep).collect()
+    (0..24).map(sweep).collect()
 }
 
 fn motion(run: &TestRun) -> MotionSignals<'_> {
@@ -45,9 +45,8 @@ fn check(name: &str, errors: &[f64], least: f64, largest: f64) {
     let count = errors.len() as f64;
     let share = errors.iter().filter(|error| error.abs() < 2.0).count() as f64 / count;
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
-    let said = format!("{name}: {share:.2} within two deviations, rms {rms:.2}");
-    eprintln!("{said}");
-    assert!(share >= least && (1.0 / 3.0..largest).contains(&rms), "{said}");
+    let holds = share >= least && (1.0 / 3.0..largest).contains(&rms);
+    assert!(holds, "{name}: {share:.2} within two deviations, rms {rms:.2}");
 }
 
 #[test]
