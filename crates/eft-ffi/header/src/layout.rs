@@ -56,7 +56,17 @@ impl<'a> Item<'a> {
             name if name.starts_with("EFT_") => before,
             "eft_parameters" | "eft_learning" | "eft_plausibility" | "eft_protection" | "eft_error" => 2,
             _ if is_of(&["channels", "windows", "calibrations", "offer", "take"]) => 5,
-            _ if is_of(&["learn", "read_calibration", "found_flow", "save", "start_from", "first_calibration"]) => 4,
+            _ if is_of(&[
+                "learn",
+                "read_calibration",
+                "found_flow",
+                "save",
+                "start_from",
+                "first_calibration",
+            ]) =>
+            {
+                4
+            }
             _ => 3,
         }
     }

@@ -120,8 +120,10 @@ fn a_velocity_estimate_continues_from_the_mean_velocity_of_a_gap_and_not_of_a_sh
 fn a_velocity_estimate_starts_at_rest_from_the_first_displacement() {
     let gains = [0.05, 5.0, 50.0];
     let mass = 4000.0;
-    let lost = [f64::NAN, -1.001 * crate::LARGEST];
-    let lost = |tick: usize| Input { displacement: lost[tick % 2], force: f64::NAN, ..swing(0) };
+    let lost = |tick: u32| {
+        let displacement = if tick.is_multiple_of(2) { f64::NAN } else { -1.001 * crate::LARGEST };
+        Input { displacement, force: f64::NAN, ..swing(0) }
+    };
     let still = Input { displacement: 0.03, force: 700.0, acceleration: 700.0 / mass, ..swing(0) };
     for velocity_source in [
         VelocitySource::Derivative { corner: 80.0 },
