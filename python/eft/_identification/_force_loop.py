@@ -124,8 +124,7 @@ def identify_force_loop(
     Returns
     -------
     ForceLoopEstimate
-        The uncertainties cover random errors only. White noise of the sensors, estimated from 200 to 400 Hz,
-        is allowed for in the fit. A further lag of the valve counts to the sensors. The
+        The uncertainties cover random errors only. A further lag of the valve counts to the sensors. The
         page on laboratory rigs has the errors on random rigs.
 
     Raises

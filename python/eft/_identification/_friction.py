@@ -80,10 +80,8 @@ def identify_friction(
     Returns
     -------
     FrictionEstimate
-        The uncertainties cover random errors only. White noise of the sensors, estimated from 200 to 400 Hz,
-        is allowed for in the fit. That of the compressibility is too small by a third in sweeps to 10 Hz with
-        up to 0.1 % of noise. The page on laboratory rigs has the errors on random rigs with late and noisy
-        sensors.
+        The uncertainties cover random errors only. The page on laboratory rigs has the errors on random
+        rigs with late and noisy sensors.
 
     Raises
     ------

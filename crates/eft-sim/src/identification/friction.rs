@@ -83,9 +83,8 @@ mod tests {
             let width = rig.actuator.friction_velocity;
             let rubbed = friction * dv * width.powi(2) / v.hypot(width).powi(3);
             let compliance = rig.actuator.compressibility / area;
-            let carried = f + friction / oil * v / v.hypot(width);
-            let flow = area * v + rig.actuator.leakage / area * carried + compliance * (oil * df + rubbed);
-            let root = (1.0 - flow.signum() * carried / (area * supply)).sqrt();
+            let flow = area * v + rig.actuator.leakage / area * f + compliance * (oil * df + rubbed);
+            let root = (1.0 - flow.signum() * f / (area * supply)).sqrt();
             for (signal, value) in
                 signals.iter_mut().zip([flow / root / 0.02 + rig.servovalve.null_bias, v, f])
             {

@@ -6,7 +6,6 @@ mod experiments;
 mod fine_tuning;
 mod instruments;
 mod latencies;
-mod noisy_oil;
 mod overlap;
 mod processor_in_the_loop;
 mod replay;
