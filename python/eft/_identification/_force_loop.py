@@ -124,8 +124,10 @@ def identify_force_loop(
     Returns
     -------
     ForceLoopEstimate
-        The uncertainties cover random errors only. A further lag of the valve counts to the sensors. The
-        page on laboratory rigs has the errors on random rigs.
+        The uncertainties cover random errors only. A further lag of the valve counts to the sensors. Noise
+        also makes the compressibility too small, by more than its uncertainty: 0.1 % of noise by about
+        0.5 % in a sweep of 8.9 kN and by 5 % in one of 2.2 kN on the paper's rig. The page on laboratory
+        rigs has the errors on random rigs.
 
     Raises
     ------

@@ -80,8 +80,9 @@ def identify_friction(
     Returns
     -------
     FrictionEstimate
-        The uncertainties cover random errors only. The page on laboratory rigs has the errors on random
-        rigs with late and noisy sensors.
+        The uncertainties cover random errors only. Noise also makes the compressibility too small, by about
+        three of its uncertainties. The page on laboratory rigs has the errors on random rigs with late and
+        noisy sensors.
 
     Raises
     ------
