@@ -277,13 +277,14 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     For a shear building the demands are those of the actuator with the largest ones; the pump's mean flow is
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
-    ``eft check`` runs such a test. The errors of force and displacement are those of the linear model in the
-    long run, after a self-calibration, with noise, resolution and bias of the sensors and a null bias of the
-    valve that the controller does not know. To learn or to integrate a null takes up to minutes. A lap of the
-    spool that the controller does not know counts to first order. Above a fiftieth of the opening it makes
-    larger force errors, and ``left_out`` names it. Friction counts in the force's error only. Resolution
-    counts as white noise of the rounding. A large opening, a limit, or a signal that stays within one step
-    for many samples makes larger errors.
+    ``eft check`` runs such a test. The errors of force and displacement are those of the linear model in
+    the long run, after a self-calibration, with noise, resolution and bias of the sensors. They contain a
+    null bias of the valve that the controller does not know, with the force until an integral part of the
+    force loop has found it. To learn a null takes up to minutes, and ``left_out`` names a null that is
+    learned. A lap of the spool that the controller does not know counts to first order. Above a fiftieth
+    of the opening it makes larger force errors, and ``left_out`` names it. Friction counts in the force's
+    error only. Resolution counts as white noise of the rounding. A large opening, a limit, or a signal
+    that stays within one step for many samples makes larger errors.
 
     With the plausibility watch of the protection, a level of the force below an eighth of the actuator's
     capacity and a sample rate below 250 times the natural frequency are cautions.

@@ -21,7 +21,7 @@ class PredictedError(NamedTuple):
     noise: float
     """The part by noise of the sensors and resolution of the converters."""
     constant: float
-    """The part by constant forces."""
+    """The part by constant causes: biases, and a null that the controller does not know."""
 
 
 class Prediction(NamedTuple):
@@ -32,7 +32,7 @@ class Prediction(NamedTuple):
     displacement: PredictedError
     """Of the displacement, against the ideal one."""
     constants: dict[str, float]
-    """Keys that cause a constant force, with the force in N."""
+    """Keys of constant causes, with the rms of the force in N."""
     left_out: tuple[str, ...]
     """What is not contained: keys of the rig, and the command above 20 Hz."""
 
@@ -80,17 +80,24 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
 
 
 def _of_constant(rig: Rig, constants: dict[str, float]) -> str:
-    """The largest cause of a constant force and its remedy."""
+    """The largest constant cause and its remedy."""
     key, force = max(constants.items(), key=lambda one: one[1])
-    makes = f"makes a constant force of {1e-3 * force:.2g} kN"
+    size = f"force of {1e-3 * force:.2g} kN"
+    makes = f"makes a constant {size}"
     if key == "servovalve.null_bias":
         valve = rig.plant["servovalve"]
         true = valve["null_bias"] * valve["spool_sensitivity"] * valve["spool_stroke"]
         known = rig[key] / rig["compensation.valve_gain"]
+        missed = f"The valve is at its true null with a command of {true:.2g} V, and the controller gives "
+        own = rig["controller.realization"] == "digital" and rig["controller.integral_gain"] > 0.0
+        if own or rig["controller.force_loop"] == "robust":
+            return (
+                f"{missed}{known:.2g} V: this makes a {size} (rms) until the integral part of the force loop "
+                "has found the null. servovalve.null_bias tells it to the controller."
+            )
         return (
-            f"The valve is at its true null with a command of {true:.2g} V, and the controller gives "
-            f"{known:.2g} V: this {makes}. An integral part (controller.integral_gain) of a digital force "
-            "loop removes it."
+            f"{missed}{known:.2g} V: this {makes}. An integral part (controller.integral_gain) of a digital "
+            "force loop removes it."
         )
     sensor = key.split(".")[1]
     remedy = "" if sensor == "force" else ", or an integral part (controller.integral_gain) of a digital loop"

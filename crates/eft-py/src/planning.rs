@@ -168,8 +168,8 @@ pub(crate) fn learned(rig: &Rig, sample_rate: f64) -> PyResult<Rig> {
 /// Returns
 /// -------
 /// dict or None
-///     ``force`` and ``displacement``: the ``whole`` error, and its parts by ``noise`` and by ``constant`` forces, rms
-///     over rms. ``constants``: keys with the constant force in N that each causes. ``left_out``: what is not contained,
+///     ``force`` and ``displacement``: the ``whole`` error, and its parts by ``noise`` and by ``constant`` causes, rms
+///     over rms. ``constants``: keys with the rms of the force in N that each causes. ``left_out``: what is not contained,
 ///     keys of the rig and the command above 20 Hz.
 #[pyfunction]
 pub(crate) fn predicted_errors<'py>(

@@ -1,5 +1,4 @@
-//! Force and displacement about rest that errors of sensors and converters cause: noise, rounding, bias, and a null of
-//! the valve that the controller does not know.
+//! Force and displacement about rest that errors of sensors and converters cause: noise, rounding and bias.
 
 use nalgebra::DMatrix;
 
@@ -19,12 +18,11 @@ pub(crate) struct AboutRest {
     pub(crate) constants: Vec<(&'static str, Vec<[f64; 2]>)>,
 }
 
-/// Force and displacement of a rig's sampled loop about rest. `null` is the valve command (V) by which the
-/// controller misses the valve's null.
+/// Force and displacement of a rig's sampled loop about rest.
 ///
 /// # Errors
 /// As [`linearize`](super::linearize); an unstable loop.
-pub(crate) fn about_rest(rig: &RigConfig, gain: FlowGain, sample_rate: f64, null: f64) -> Result<AboutRest> {
+pub(crate) fn about_rest(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<AboutRest> {
     let rig = &*rig.at_rate(sample_rate)?;
     let ticker = Ticker::new(rig, gain, sample_rate)?;
     let (a, sources) = ticker.disturbed();
@@ -49,7 +47,7 @@ pub(crate) fn about_rest(rig: &RigConfig, gain: FlowGain, sample_rate: f64, null
     let at_rest = DMatrix::identity(a.nrows(), a.nrows()) - a;
     let held = &outputs * at_rest.lu().solve(&sources).ok_or_else(unstable)?;
     let constant = |of: Disturbance| {
-        let (key, size) = of.constant(rig, null)?;
+        let (key, size) = of.constant(rig)?;
         let of_all = |row: usize| {
             let columns = held.row(row);
             size * columns.iter().skip(of as usize).step_by(Disturbance::COUNT).sum::<f64>()
@@ -107,7 +105,7 @@ mod tests {
                 rig.controller.realization = realization;
                 (rig.sensors.force.range, rig.sensors.force.bits) = (Some(245e3), Some(8));
             });
-            about_rest(&rig.unwrap(), FlowGain::Mean, 4096.0, 0.0).unwrap().deviations[0][0]
+            about_rest(&rig.unwrap(), FlowGain::Mean, 4096.0).unwrap().deviations[0][0]
         };
         assert!(of(Realization::Analog) == 0.0 && of(Realization::Digital) > 100.0);
     }
@@ -120,7 +118,7 @@ mod tests {
                 rig.sensors.force.bias = 300.0;
             });
             let rig = rig.unwrap();
-            let found = about_rest(&rig, FlowGain::Mean, 4096.0, 0.0).unwrap().constants;
+            let found = about_rest(&rig, FlowGain::Mean, 4096.0).unwrap().constants;
             let [("sensors.force.bias", each)] = &found[..] else { panic!("{found:?}") };
             let stiffness = rig.structure.stiffness;
             // Without an integral part the leakage keeps 2 % of it.
@@ -132,6 +130,6 @@ mod tests {
     #[test]
     fn an_unstable_loop_has_no_state_about_rest() {
         let rig = RigConfig::zhao2005().with(|rig| rig.compensation.level = 1.2).unwrap();
-        assert!(about_rest(&rig, FlowGain::Mean, 4096.0, 0.0).unwrap_err().to_string().contains("stable"));
+        assert!(about_rest(&rig, FlowGain::Mean, 4096.0).unwrap_err().to_string().contains("stable"));
     }
 }

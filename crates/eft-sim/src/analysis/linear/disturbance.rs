@@ -1,6 +1,6 @@
 //! Sources of noise and of constant errors in the sampled loop, and their sizes.
 
-use crate::config::{Realization, RigConfig};
+use crate::config::RigConfig;
 
 /// Sources of error of one actuator: the sensors of its controller, and the converter of the valve command.
 #[derive(Debug, Clone, Copy)]
@@ -44,21 +44,15 @@ impl Disturbance {
         sensor.noise.hypot(rounding(sensor.range, sensor.bits))
     }
 
-    /// The key of a constant error and its size, in the signal's unit. `null` is the valve command (V) by which the
-    /// controller misses the valve's null.
-    pub(super) fn constant(self, rig: &RigConfig, null: f64) -> Option<(&'static str, f64)> {
+    /// The key of a sensor's constant error and its size, in the signal's unit.
+    pub(super) fn constant(self, rig: &RigConfig) -> Option<(&'static str, f64)> {
         let sensors = &rig.plant().sensors;
         let (key, size) = match self {
             Self::Force => ("sensors.force.bias", sensors.force.bias),
-            Self::ForceResolution => return None,
+            Self::ForceResolution | Self::Converter => return None,
             Self::Velocity => ("sensors.velocity.bias", sensors.velocity.bias),
             Self::Displacement => ("sensors.displacement.bias", sensors.displacement.bias),
             Self::Acceleration => ("sensors.acceleration.bias", sensors.acceleration.bias),
-            // An analog force loop amplifies the converter's signal.
-            Self::Converter if rig.controller.realization == Realization::Analog => {
-                ("servovalve.null_bias", null / rig.controller.proportional_gain)
-            }
-            Self::Converter => ("servovalve.null_bias", null),
         };
         (size != 0.0).then_some((key, size))
     }

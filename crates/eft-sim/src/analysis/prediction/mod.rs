@@ -7,12 +7,14 @@ use self::nonlinear::Unknown;
 use self::signals::{Faded, Signals, Spectrum};
 use crate::analysis::learned;
 use crate::analysis::linear::{AboutRest, FlowGain, StateSpace, about_rest, disturbed};
-use crate::config::{ForceLoop, Realization, RigConfig};
+use crate::config::{ForceLoop, RigConfig};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
 
 /// Power beside that of an error that raises the error by a tenth (1).
 const NOTICED: f64 = 0.21;
+/// Key of the valve's null.
+const NULL: &str = "servovalve.null_bias";
 
 /// Errors of force and displacement at small motion, of the actuators with the largest.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +23,7 @@ pub struct Prediction {
     pub force: PredictedError,
     /// Of the displacement, against the ideal one.
     pub displacement: PredictedError,
-    /// Keys that cause a constant force, each with its largest size (N).
+    /// Constant causes of a force: their keys, each with the force's largest root mean square (N) over the actuators.
     pub constants: Vec<(&'static str, f64)>,
     /// What is not contained: keys of the rig, and the command above 20 Hz if it may raise the force's error by a tenth.
     pub left_out: Vec<String>,
@@ -34,7 +36,7 @@ pub struct PredictedError {
     pub whole: f64,
     /// The part that noise of the sensors and resolution of the converters cause.
     pub noise: f64,
-    /// The part of constant forces.
+    /// The part of constant causes: biases, and a null that the controller does not know.
     pub constant: f64,
 }
 
@@ -59,7 +61,7 @@ pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Predictio
         let judged = if learns { learned(&told, rate)? } else { told };
         let model = disturbed(&judged, FlowGain::Mean, rate)?;
         // Noise acts at every opening of the motion, where the curve is less steep than at rest.
-        let at_rest = about_rest(&judged, FlowGain::Nominal, rate, missed_null(rig))?;
+        let at_rest = about_rest(&judged, FlowGain::Nominal, rate)?;
         errors(rig, &judged, &model, at_rest, commands)
     };
     match found() {
@@ -71,16 +73,11 @@ pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Predictio
     }
 }
 
-/// Valve command (V) by which the controller misses the valve's null.
-fn missed_null(rig: &RigConfig) -> f64 {
-    let valve = &rig.plant().servovalve;
-    rig.null_command() - valve.null_bias * valve.spool_sensitivity * valve.spool_stroke
-}
-
 /// Whether the controller adds a learned null offset, which also contains a bias of the velocity.
 fn learns_null(rig: &RigConfig) -> bool {
-    let integrates = rig.controller.realization == Realization::Digital && rig.controller.integral_gain > 0.0;
-    rig.compensation.corrects_curve() && !integrates && rig.controller.force_loop == ForceLoop::Pd
+    rig.compensation.corrects_curve()
+        && !rig.controller.integrates()
+        && rig.controller.force_loop == ForceLoop::Pd
 }
 
 /// The prediction from a stable linear model and the state about rest; `None` without a command below 20 Hz.
@@ -92,12 +89,16 @@ fn errors(
     commands: &[Command],
 ) -> Result<Option<Prediction>> {
     let mut left_out = left_out(rig, model);
+    let mut unknown = Unknown::of(rig);
     if learns_null(rig) {
         // Learning it takes minutes, and the prediction is that of the long run.
-        let learned = |key: &str| ["servovalve.null_bias", "sensors.velocity.bias"].contains(&key);
-        left_out
-            .extend(at_rest.constants.iter().filter(|(key, _)| learned(key)).map(|(key, _)| (*key).into()));
-        at_rest.constants.retain(|(key, _)| !learned(key));
+        left_out.extend((unknown.null != 0.0).then(|| NULL.into()));
+        unknown.null = 0.0;
+        at_rest.constants.retain(|(key, _)| {
+            let learned = *key == "sensors.velocity.bias";
+            left_out.extend(learned.then(|| (*key).into()));
+            !learned
+        });
     }
     let Some(faded) = Faded::of(commands) else { return Ok(None) };
     let mut signals = Signals::of(model, commands, &faded)?;
@@ -105,19 +106,20 @@ fn errors(
     if within.is_nan() || within < 0.5 {
         return Ok(None);
     }
-    let unknown = Unknown::of(rig);
     if unknown.any() {
         unknown.disturb(judged, model, &faded, &mut signals)?;
     }
     let none = PredictedError { whole: 0.0, noise: 0.0, constant: 0.0 };
-    let (mut force, mut displacement, mut opening) = (none, none, 0.0_f64);
+    let (mut force, mut displacement, mut opening, mut null) = (none, none, 0.0_f64, 0.0_f64);
     for (i, own) in signals.into_iter().enumerate() {
+        null = null.max(faded.rms(own.by_null[0].clone(), 0.0)?);
         let error = |which: usize, missed: Spectrum, wanted: Spectrum| {
             let wanted = faded.rms(wanted, 0.0)?;
-            let constant = at_rest.constants.iter().map(|(_, all)| all[i][which]).sum::<f64>();
+            let held = at_rest.constants.iter().map(|(_, all)| all[i][which]).sum();
             let noise = at_rest.deviations[i][which];
-            let whole = faded.rms(missed, constant)?.hypot(noise);
-            Ok::<_, Error>([whole, noise, constant.abs()].map(|part| part / wanted))
+            let whole = faded.rms(missed, held)?.hypot(noise);
+            let constant = faded.rms(own.by_null[which].clone(), held)?;
+            Ok::<_, Error>([whole, noise, constant].map(|part| part / wanted))
         };
         force = force.or_larger(error(0, own.missed_force, own.command)?);
         displacement = displacement.or_larger(error(1, own.missed_motion, own.ideal_motion)?);
@@ -128,7 +130,8 @@ fn errors(
         left_out.push("command above 20 Hz".into());
     }
     let largest = |all: &Vec<[f64; 2]>| all.iter().map(|one| one[0].abs()).fold(0.0, f64::max);
-    let constants = at_rest.constants.iter().map(|(key, all)| (*key, largest(all))).collect();
+    let mut constants: Vec<_> = at_rest.constants.iter().map(|(key, all)| (*key, largest(all))).collect();
+    constants.extend((null > 0.0).then_some((NULL, null)));
     let overlap = "servovalve.overlap";
     if unknown.is_large(opening) && !left_out.iter().any(|key| key == overlap) {
         left_out.push(overlap.into());
@@ -153,7 +156,7 @@ impl PredictedError {
 /// Keys of a rig whose effect the prediction does not contain.
 fn left_out(rig: &RigConfig, model: &StateSpace) -> Vec<String> {
     let contained = |key: &str| match key {
-        "servovalve.null_bias" | "sensors.force.bias" | "sensors.velocity.bias" => true,
+        NULL | "sensors.force.bias" | "sensors.velocity.bias" => true,
         // What is known is compensated for, but not exactly.
         "servovalve.overlap" => rig.servovalve.overlap <= 0.0,
         _ => false,

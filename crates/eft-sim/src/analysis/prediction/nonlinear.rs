@@ -1,6 +1,6 @@
-//! The effect of a lap that the controller does not know, and of friction, to first order.
+//! The effect of a lap and a null that the controller does not know, and of friction, to first order.
 //!
-//! Both follow the sign of a signal of the linear loop. An unknown overlap `Δ` takes the opening `Δ` from an open
+//! Lap and friction follow the sign of a signal of the linear loop. An unknown overlap `Δ` takes the opening `Δ` from an open
 //! valve. Friction takes its force from a moving piston. The compensation is assumed to supply the flow of the motion.
 
 use crate::analysis::linear::{Complex, DMatrix, Disturbance, StateSpace, valve_response};
@@ -15,12 +15,14 @@ const LARGE: f64 = 0.02;
 /// Opening of the learned curve's first node over the largest one.
 const FIRST_NODE: f64 = 1.0 / 7.0;
 
-/// The lap that is not known, and the friction. A known friction improves the learning, but hardly the force, because the
+/// The lap and the null that are not known, and the friction. A known friction improves the learning, but hardly the force, because the
 /// loop must still compress the oil at each reversal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Unknown {
     /// True overlap less the known one (1).
     overlap: f64,
+    /// Opening (1) by which the controller misses the null at rest. An integral part finds it during the test.
+    pub(super) null: f64,
     /// Friction (N), and the velocity (m/s) beyond which it is complete.
     friction: f64,
     friction_velocity: f64,
@@ -40,8 +42,10 @@ enum Learned {
 impl Unknown {
     pub(super) fn of(rig: &RigConfig) -> Self {
         let plant = rig.plant();
+        let valve = &plant.servovalve;
         Self {
-            overlap: plant.servovalve.overlap - rig.servovalve.overlap,
+            overlap: valve.overlap - rig.servovalve.overlap,
+            null: rig.opening_at_rest() - valve.null_bias,
             friction: plant.actuator.friction,
             friction_velocity: plant.actuator.friction_velocity,
             learned: match (rig.compensation.adaptive, rig.compensation.corrects_curve()) {
@@ -53,7 +57,7 @@ impl Unknown {
     }
 
     pub(super) fn any(&self) -> bool {
-        self.overlap != 0.0 || self.friction != 0.0
+        self.overlap != 0.0 || self.null != 0.0 || self.friction != 0.0
     }
 
     /// Whether the lap is too large beside the root-mean-square opening (1) for a first order.
@@ -72,22 +76,27 @@ impl Unknown {
         let (wide, count) = (faded.up_to(HIGHEST), signals.len());
         let lost = signals.iter().map(|own| self.lost(own, faded, &wide)).collect::<Result<Vec<_>>>()?;
         let responses = outputs(model, &["force", "displacement"]);
+        let null = wide.spectrum(std::iter::repeat_n(self.null, wide.samples))?;
         let input = |of: Disturbance| (0..count).map(|i| of.input(i, count)).collect::<Vec<_>>();
         let (valve, cell) = (input(Disturbance::Converter), input(Disturbance::Force));
-        for bin in 0..=wide.last {
+        for (bin, null) in null.into_iter().enumerate() {
             let all = wide.responses(&responses, bin)?;
             let per_volt = volts_per_opening(rig, wide.frequency(bin));
             let opening = DMatrix::from_fn(count, 1, |i, _| lost[i].opening[bin] * per_volt);
             let friction = DMatrix::from_fn(count, 1, |i, _| lost[i].force[bin]);
-            let by_lap = all.select_columns(&valve) * opening;
+            let by_valve = all.select_columns(&valve);
+            let by_lap = &by_valve * opening;
+            let by_null = by_valve * DMatrix::from_element(count, 1, null * per_volt);
             // The loop opposes a change of the force as a change of its reading.
             let force = &friction + all.select_columns(&cell).rows(0, count) * &friction;
             for (i, own) in signals.iter_mut().enumerate() {
                 own.missed_force.resize(wide.last + 1, Complex::ZERO);
                 own.missed_motion.resize(wide.last + 1, Complex::ZERO);
-                own.missed_force[bin] += by_lap[i] + force[i];
+                own.missed_force[bin] += by_lap[i] + by_null[i] + force[i];
                 // Friction also damps the motion, so a first order is much too large there.
-                own.missed_motion[bin] += by_lap[count + i];
+                own.missed_motion[bin] += by_lap[count + i] + by_null[count + i];
+                own.by_null[0].push(by_null[i]);
+                own.by_null[1].push(by_null[count + i]);
             }
         }
         Ok(())

@@ -22,7 +22,7 @@ pub(super) type Spectrum = Vec<Complex<f64>>;
 /// Transforms of signals that fade over a test, so that the motion at its end does not return at its start.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Faded {
-    samples: usize,
+    pub(super) samples: usize,
     /// With silence after the test, into which a motion that goes on at its end can ring.
     length: usize,
     sample_rate: f64,
@@ -112,6 +112,8 @@ pub(super) struct Signals {
     pub(super) missed_motion: Spectrum,
     pub(super) opening: Spectrum,
     pub(super) velocity: Spectrum,
+    /// Force and motion by a null that the controller does not know. What is missed contains them.
+    pub(super) by_null: [Spectrum; 2],
 }
 
 impl Signals {
