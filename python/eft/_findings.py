@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal, NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from eft import _native
 from eft._display import shown
-from eft._floors import floor_mass
+from eft._floors import floor_frequencies, floor_mass
 from eft._force_loop import design_force_loop
 from eft._native import Rig, stability_margin
 from eft._status import Status
@@ -93,7 +94,7 @@ def of_facts(facts: Facts) -> Iterator[Finding]:
     yield from _supply(facts)
     if not facts.controlled:
         yield from of_loop(facts.rig, facts.sample_rate, facts.outside)
-        yield from of_protection(facts.rig, facts.sample_rate, facts.outside)
+        yield from of_protection(facts.rig, facts.sample_rate, facts.outside, facts.floor)
     yield from _opening(facts)
     yield from _oscillation(facts)
     yield from _errors(facts)
@@ -257,7 +258,9 @@ def better_loop(rig: Rig, gain: float | None) -> Changes:
     return (("controller.force_loop", "robust"),)
 
 
-def of_protection(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
+def of_protection(
+    rig: Rig, rate: float, outside: bool = False, floor: int | None = None
+) -> Iterator[Finding]:
     """Cautions on conditions with which faults exceeded the force's level most often on random rigs."""
     if not (rig["protection.enabled"] and rig["protection.plausibility"]):
         return
@@ -271,16 +274,19 @@ def of_protection(rig: Rig, rate: float, outside: bool = False) -> Iterator[Find
             f"({form(LEAST_LEVEL * capacity)}): on random rigs 22 % of the faults of the load cell drove the "
             "force beyond 1.75 times lower levels, and 0.5 % beyond 1.75 times this one.",
         )
-    if outside or rig["structure.kind"] == "shear_building":
-        return
-    own = float(np.sqrt(rig["structure.stiffness"] / rig["structure.mass"])) / (2 * np.pi)
-    if rate < ROUNDED * LEAST_SAMPLES * own:
+    own = floor_frequencies(rig)
+    floors = range(len(own)) if floor is None else [floor]
+    fast = [] if outside else [i for i in floors if rate < ROUNDED * LEAST_SAMPLES * own[i]]
+    if fast:
+        named = (f"{own[i]:.3g} Hz" + (f" of floor {i + 1}" if len(own) > 1 else "") for i in fast)
+        times = (f"{rate / own[i]:.0f} times " for i in fast)
+        what = itertools.chain(["the natural frequency of "], itertools.repeat("that of "))
+        rates = " and ".join(map("".join, zip(times, what, named, strict=False)))
         yield Finding(
             "caution",
-            f"The sample rate {rate:g} Hz is {rate / own:.0f} times the natural frequency of {own:.3g} Hz, "
-            f"advised at least {LEAST_SAMPLES:.0f} times ({LEAST_SAMPLES * own:.0f} Hz) with the protection: "
-            "on random rigs 3.3 % of the faults drove the force beyond 1.75 times its level below this rate, "
-            "and 0.1 % above it.",
+            f"The sample rate {rate:g} Hz is {rates}, advised at least {LEAST_SAMPLES:.0f} times "
+            f"({LEAST_SAMPLES * max(own[i] for i in fast):.0f} Hz) with the protection: on random rigs 3.3 % "
+            "of the faults drove the force beyond 1.75 times its level below this rate, and 0.1 % above it.",
         )
 
 

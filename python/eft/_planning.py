@@ -287,7 +287,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     that stays within one step for many samples makes larger errors.
 
     With the plausibility watch of the protection, a level of the force below an eighth of the actuator's
-    capacity and a sample rate below 250 times the natural frequency are cautions.
+    capacity and a sample rate below 250 times the natural frequency are cautions. In a building it is that of
+    each floor while the others are at rest.
 
     Parameters
     ----------

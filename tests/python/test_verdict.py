@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import linalg
 
 import eft
+from buildings import building, matrices
 from eft import _native
 from eft.cli import main
 
@@ -327,6 +329,35 @@ def test_a_sample_rate_that_is_low_for_the_specimen_and_the_protection_is_told()
         "advised at least 250 times (1250 Hz)"
     )
     assert of_protection(STIFF, 1280.0) == []
+
+
+def test_each_floor_whose_sample_rate_is_low_for_the_protection_is_told_in_one_remark():
+    rig = building(3, **GUARDED)
+    mass, _, stiffness = matrices(3)
+    squares, shapes = linalg.eigh(stiffness, mass)
+    # A force on a floor moves each mode by the square of its shape there.
+    shares = shapes**2 / (shapes**2).sum(axis=1, keepdims=True)
+    own = np.sqrt(shares @ squares) / (2 * np.pi)
+
+    def told(rate):
+        one = eft.sine_sweep(200.0, 0.5, 3.0, 2.0, rate)
+        command = eft.Command(np.stack([one.values] * 3), rate)
+        check, run = eft.check_feasibility(rig, command), eft.simulate(rig, command)
+        remarks = [reason for reason in check.reasons if "1.75 times" in reason]
+        assert remarks == said(run, "1.75 times")
+        return remarks, [said(run.actuator(i), "1.75 times") for i in range(3)]
+
+    # The ground floor and the middle one are about as fast, the top is slower.
+    assert own[2] < own[0] < own[1] and 250.0 * own[2] < 960.0 < 250.0 * own[0]
+    (remark,), each = told(960.0)
+    assert remark.startswith(
+        f"The sample rate 960 Hz is {960 / own[0]:.0f} times the natural frequency of {own[0]:.3g} Hz "
+        f"of floor 1 and {960 / own[1]:.0f} times that of {own[1]:.3g} Hz of floor 2, advised at "
+        f"least 250 times ({250 * own[1]:.0f} Hz)"
+    )
+    assert ["floor 1" in " ".join(of) for of in each] == [True, False, False]
+    assert ["floor 2" in " ".join(of) for of in each] == [False, True, False] and each[2] == []
+    assert told(250.0 * own[1]) == ([], [[], [], []])
 
 
 @pytest.mark.parametrize("off", ["protection.enabled", "protection.plausibility"])
