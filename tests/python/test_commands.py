@@ -33,6 +33,30 @@ def test_the_effective_force_opposes_the_ground_linearly_resampled():
     assert command.time[-1] <= record.time[-1] + 1e-12
 
 
+RECORD = eft.Record([0.0, 1.0, -1.0, 0.0], 0.1)
+
+
+@pytest.mark.parametrize("true", [True, np.True_])
+@pytest.mark.parametrize(
+    ("argument", "call"),
+    [
+        ("duration", lambda true: eft.sine_sweep(1.0, 0.0, 1.0, true, 100.0)),
+        ("scale", lambda true: eft.effective_force(RECORD, 1.0, 100.0, scale=true)),
+        ("mass", lambda true: eft.effective_force(RECORD, true, 100.0)),
+        ("sample_rate", lambda true: eft.Command([0.0, 1.0], true)),
+        ("start", lambda true: eft.Command.step(1.0, 1.0, 100.0, start=true)),
+        ("band", lambda true: eft.Command.noise(1.0, (true, 5.0), 1.0, 100.0)),
+        ("dt", lambda true: eft.Record([0.0, 1.0], true)),
+        ("time", lambda true: RECORD.scaled(time=true)),
+        ("structure.mass", lambda true: eft.Rig.zhao2005().replace({"structure.mass": true})),
+        ("dac.delay", lambda true: eft.Rig.zhao2005().replace({"dac.delay": true})),
+    ],
+)
+def test_a_truth_value_is_no_number(argument, call, true):
+    with pytest.raises((TypeError, ValueError), match=argument):
+        call(true)
+
+
 def test_commands_and_records_are_values():
     command = eft.Command([0, 1, 2], 10)
     assert command == pickle.loads(pickle.dumps(command)) == eft.Command(np.array([0.0, 1.0, 2.0]), 10.0)

@@ -1,6 +1,6 @@
-//! Configuration values between Python objects and TOML trees.
+//! Configuration values between Python objects and TOML trees, and numbers.
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
 use toml::{Table, Value};
@@ -10,6 +10,22 @@ use crate::flow_table::FlowTable;
 
 /// Largest depth, more than the schema has, to stop at a dictionary that contains itself.
 const DEEPEST: usize = 16;
+
+/// A number, which a truth value of Python or NumPy is not.
+pub(crate) fn real_number(given: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let kind = given.get_type().name()?;
+    // NumPy 1 named its own `bool_`.
+    if kind.to_str()?.starts_with("bool") {
+        return Err(PyTypeError::new_err(format!("must be real number, not {kind}")));
+    }
+    given.extract()
+}
+
+/// Two numbers.
+pub(crate) fn real_pair(given: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    let (first, second) = given.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>()?;
+    Ok((real_number(&first)?, real_number(&second)?))
+}
 
 /// A Python value as a configuration value; `None` for Python's `None`.
 pub(crate) fn from_python(key: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<Value>> {

@@ -7,6 +7,7 @@ use eft_sim::excitation;
 use pyo3::prelude::*;
 
 use crate::arrays;
+use crate::values::real_number;
 
 pub(crate) use command::Command;
 use command::Origin;
@@ -42,11 +43,11 @@ pub(crate) use record::{Record, read_record, record};
 /// 131072
 #[pyfunction]
 pub(crate) fn sine_sweep(
-    amplitude: f64,
-    f_start: f64,
-    f_end: f64,
-    duration: f64,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] amplitude: f64,
+    #[pyo3(from_py_with = real_number)] f_start: f64,
+    #[pyo3(from_py_with = real_number)] f_end: f64,
+    #[pyo3(from_py_with = real_number)] duration: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
 ) -> PyResult<Command> {
     Command::of_one(excitation::sine_sweep(amplitude, f_start, f_end, duration, sample_rate))
 }
@@ -86,11 +87,11 @@ pub(crate) fn sine_sweep(
 pub(crate) fn effective_force(
     record: &Bound<'_, Record>,
     mass: &Bound<'_, PyAny>,
-    sample_rate: f64,
-    scale: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] scale: f64,
 ) -> PyResult<Command> {
     let force = |mass| excitation::effective_force(&record.get().inner, mass, sample_rate, scale);
-    let (command, mass) = match mass.extract::<f64>() {
+    let (command, mass) = match real_number(mass) {
         Ok(one) => (Command::of_one(force(one))?, one.into_pyobject(mass.py())?.into_any()),
         Err(_) => {
             let masses = arrays::vector("mass", mass)?;

@@ -9,6 +9,7 @@ use pyo3::sync::PyOnceLock;
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
+use crate::values::real_number;
 
 /// One component of a ground motion.
 ///
@@ -34,7 +35,11 @@ pub(crate) fn record(result: eft_sim::Result<records::Record>) -> PyResult<Recor
 impl Record {
     #[new]
     #[pyo3(signature = (acceleration, dt, name=""))]
-    fn new(acceleration: &Bound<'_, PyAny>, dt: f64, name: &str) -> PyResult<Self> {
+    fn new(
+        acceleration: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = real_number)] dt: f64,
+        name: &str,
+    ) -> PyResult<Self> {
         record(records::Record::new(name, arrays::vector("acceleration", acceleration)?, dt))
     }
 
@@ -120,7 +125,13 @@ impl Record {
     /// >>> motion.band_passed(5.0, 20.0).pga < 0.5 * motion.pga
     /// True
     #[pyo3(signature = (low, high, order=4))]
-    fn band_passed(&self, py: Python<'_>, low: f64, high: f64, order: i32) -> PyResult<Self> {
+    fn band_passed(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = real_number)] low: f64,
+        #[pyo3(from_py_with = real_number)] high: f64,
+        order: i32,
+    ) -> PyResult<Self> {
         record(py.detach(|| preparation::band_passed(&self.inner, low, high, order)))
     }
 
@@ -146,7 +157,7 @@ impl Record {
     /// >>> motion = eft.Record(numpy.sin(numpy.arange(1000) / 10.0), 0.01)
     /// >>> motion.resampled(200.0).dt
     /// 0.005
-    fn resampled(&self, py: Python<'_>, rate: f64) -> PyResult<Self> {
+    fn resampled(&self, py: Python<'_>, #[pyo3(from_py_with = real_number)] rate: f64) -> PyResult<Self> {
         record(py.detach(|| preparation::resampled(&self.inner, rate)))
     }
 
@@ -175,7 +186,11 @@ impl Record {
     /// >>> half.pga, half.dt
     /// (1.0, 0.02)
     #[pyo3(signature = (acceleration=1.0, time=1.0))]
-    fn scaled(&self, acceleration: f64, time: f64) -> PyResult<Self> {
+    fn scaled(
+        &self,
+        #[pyo3(from_py_with = real_number)] acceleration: f64,
+        #[pyo3(from_py_with = real_number)] time: f64,
+    ) -> PyResult<Self> {
         record(preparation::scaled(&self.inner, acceleration, time))
     }
 
@@ -200,7 +215,11 @@ impl Record {
     /// >>> import eft
     /// >>> eft.Record([1.0] * 5, 0.01).tapered(0.01, 0.01).acceleration.tolist()
     /// [0.0, 1.0, 1.0, 1.0, 0.0]
-    fn tapered(&self, start: f64, end: f64) -> PyResult<Self> {
+    fn tapered(
+        &self,
+        #[pyo3(from_py_with = real_number)] start: f64,
+        #[pyo3(from_py_with = real_number)] end: f64,
+    ) -> PyResult<Self> {
         record(preparation::tapered(&self.inner, start, end))
     }
 

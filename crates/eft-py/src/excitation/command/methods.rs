@@ -9,11 +9,15 @@ use crate::arrays;
 use crate::errors::refuse;
 use crate::excitation::command::{Command, Origin};
 use crate::excitation::record::Record;
+use crate::values::{real_number, real_pair};
 
 #[pymethods]
 impl Command {
     #[new]
-    fn new(values: &Bound<'_, PyAny>, sample_rate: f64) -> PyResult<Self> {
+    fn new(
+        values: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    ) -> PyResult<Self> {
         let array = arrays::real("values", values)?;
         if array.getattr("ndim")?.extract::<usize>()? == 1 {
             return Self::of_one(excitation::Command::new(arrays::flat(&array)?, sample_rate));
@@ -49,7 +53,12 @@ impl Command {
     /// [0.0, 0.0, 100.0, 100.0]
     #[staticmethod]
     #[pyo3(signature = (amplitude, duration, sample_rate, *, start=0.0))]
-    fn step(amplitude: f64, duration: f64, sample_rate: f64, start: f64) -> PyResult<Self> {
+    fn step(
+        #[pyo3(from_py_with = real_number)] amplitude: f64,
+        #[pyo3(from_py_with = real_number)] duration: f64,
+        #[pyo3(from_py_with = real_number)] sample_rate: f64,
+        #[pyo3(from_py_with = real_number)] start: f64,
+    ) -> PyResult<Self> {
         Self::of_one(excitation::step(amplitude, start, duration, sample_rate))
     }
 
@@ -77,7 +86,12 @@ impl Command {
     /// >>> eft.Command.sine(100.0, 2.0, duration=1.0, sample_rate=64.0).values.max().item()
     /// 100.0
     #[staticmethod]
-    fn sine(amplitude: f64, frequency: f64, duration: f64, sample_rate: f64) -> PyResult<Self> {
+    fn sine(
+        #[pyo3(from_py_with = real_number)] amplitude: f64,
+        #[pyo3(from_py_with = real_number)] frequency: f64,
+        #[pyo3(from_py_with = real_number)] duration: f64,
+        #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    ) -> PyResult<Self> {
         Self::of_one(excitation::sine(amplitude, frequency, duration, sample_rate))
     }
 
@@ -108,7 +122,13 @@ impl Command {
     /// >>> burst.values[128:].any().item()
     /// False
     #[staticmethod]
-    fn burst(amplitude: f64, frequency: f64, cycles: f64, duration: f64, sample_rate: f64) -> PyResult<Self> {
+    fn burst(
+        #[pyo3(from_py_with = real_number)] amplitude: f64,
+        #[pyo3(from_py_with = real_number)] frequency: f64,
+        #[pyo3(from_py_with = real_number)] cycles: f64,
+        #[pyo3(from_py_with = real_number)] duration: f64,
+        #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    ) -> PyResult<Self> {
         Self::of_one(excitation::burst(amplitude, frequency, cycles, duration, sample_rate))
     }
 
@@ -141,7 +161,12 @@ impl Command {
     /// >>> round(abs(command.values).max().item(), 6)
     /// 100.0
     #[staticmethod]
-    fn multisine(amplitude: f64, band: (f64, f64), duration: f64, sample_rate: f64) -> PyResult<Self> {
+    fn multisine(
+        #[pyo3(from_py_with = real_number)] amplitude: f64,
+        #[pyo3(from_py_with = real_pair)] band: (f64, f64),
+        #[pyo3(from_py_with = real_number)] duration: f64,
+        #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    ) -> PyResult<Self> {
         Self::of_one(excitation::multisine(amplitude, band, duration, sample_rate))
     }
 
@@ -177,7 +202,13 @@ impl Command {
     /// 100.0
     #[staticmethod]
     #[pyo3(signature = (rms, band, duration, sample_rate, *, seed=0))]
-    fn noise(rms: f64, band: (f64, f64), duration: f64, sample_rate: f64, seed: u64) -> PyResult<Self> {
+    fn noise(
+        #[pyo3(from_py_with = real_number)] rms: f64,
+        #[pyo3(from_py_with = real_pair)] band: (f64, f64),
+        #[pyo3(from_py_with = real_number)] duration: f64,
+        #[pyo3(from_py_with = real_number)] sample_rate: f64,
+        seed: u64,
+    ) -> PyResult<Self> {
         Self::of_one(excitation::noise(rms, band, duration, sample_rate, seed))
     }
 
