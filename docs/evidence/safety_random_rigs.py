@@ -9,12 +9,13 @@ one core). The same seed makes the same tests on every machine.
 """
 
 import sys
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import safety
+from drawn_sheets import data_sheets, log_uniform
 from safety import KINDS, SIGNALS, largest
 
 import eft
@@ -52,9 +53,7 @@ def draw(number: int, seed: int = SEED) -> tuple[Drawn, np.random.Generator]:
     """The sheets of a rig with its loop and test, and the generator for the moments of its faults."""
     random = np.random.default_rng([seed, number])
 
-    def log(low: float, high: float) -> float:
-        return float(np.exp(random.uniform(np.log(low), np.log(high))))
-
+    log = partial(log_uniform, random)
     rig: Drawn = {
         "capacity": (capacity := log(16e3, 1.6e6)),
         "frequency": log(0.5, 10.0),
@@ -75,22 +74,7 @@ def draw(number: int, seed: int = SEED) -> tuple[Drawn, np.random.Generator]:
 def configured(drawn: Drawn) -> eft.Rig:
     """The rig of the sheets, with a supply that does not sag."""
     flow = drawn["capacity"] / PRESSURE * drawn["speed"] / np.sqrt(3.0)
-    sheets = {
-        "structure": {name: drawn[name] for name in ("mass", "frequency", "damping_ratio")},
-        "actuator": {"force": drawn["capacity"], "stroke": drawn["stroke"]},
-        "servovalve": {
-            "rated_flow": flow,
-            "rated_drop": "1000 psi",
-            "phase_90_frequency": drawn["corner"],
-        },
-        "supply": {
-            "pressure": PRESSURE,
-            "pump_flow": flow,
-            "accumulator_volume": flow,
-            "precharge": "1500 psi",
-        },
-        "controller": {"sample_rate": drawn["sample_rate"]},
-    }
+    sheets = data_sheets(drawn, PRESSURE, flow, flow) | {"controller": {"sample_rate": drawn["sample_rate"]}}
     adaptive = drawn["scheme"] == "adaptive"
     scheme = {"compensation.adaptive": adaptive, "compensation.feedforward": adaptive}
     stiff = dict.fromkeys(("supply.droop", "supply.accumulator", "supply.pump_flow"))

@@ -6,9 +6,11 @@ machine. No part of the controller was chosen with these rigs, and they ran once
 """
 
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from drawn_sheets import data_sheets, log_uniform
 from random_rigs import BAND, Row, read, swings_up, true, write
 
 import eft
@@ -39,9 +41,7 @@ def draw(count: int) -> list[Row]:
     """The sheets of the rigs, and their true values relative to the sheets."""
     random = np.random.default_rng(SEED)
 
-    def log(low: float, high: float) -> float:
-        return float(np.exp(random.uniform(np.log(low), np.log(high))))
-
+    log = partial(log_uniform, random)
     return [
         {
             "sample_rate": float(random.choice(RATES)),
@@ -68,22 +68,7 @@ def draw(count: int) -> list[Row]:
 def configured(drawn: Row) -> eft.Rig:
     """The rig of the sheets."""
     flow = drawn["capacity"] / PRESSURE * drawn["speed"]
-    sheets = {
-        "structure": {name: drawn[name] for name in ("mass", "frequency", "damping_ratio")},
-        "actuator": {"force": drawn["capacity"], "stroke": drawn["stroke"]},
-        "servovalve": {
-            "rated_flow": flow,
-            "rated_drop": "1000 psi",
-            "phase_90_frequency": drawn["corner"],
-        },
-        "supply": {
-            "pressure": PRESSURE,
-            "pump_flow": flow,
-            "accumulator_volume": 8.0 * flow,
-            "precharge": "1500 psi",
-        },
-    }
-    return eft.data_sheets.rig(sheets).replace(CONTROLLER)
+    return eft.data_sheets.rig(data_sheets(drawn, PRESSURE, flow, 8.0 * flow)).replace(CONTROLLER)
 
 
 def plant(drawn: Row, rig: eft.Rig, seed: int) -> dict[str, object]:
