@@ -275,3 +275,41 @@ def test_the_kept_curve_correction_is_what_the_code_gives(script, tmp_path):
     table = (tmp_path / "curve_correction.md").read_text(encoding="utf-8").splitlines()
     # Title, rule, a row for each group and test, and four rows from the laboratory study.
     assert len(table) == 2 + len({(row["group"], row["test"]) for row in study.read()}) + 4
+
+
+def test_the_errors_of_an_identified_compressibility_are_the_kept_ones(script):
+    from eft import identification
+
+    study = script("compressibility_errors")
+    rows = study.read()
+    assert len(rows) == 50 * len(study.AMPLITUDES) * len(study.FRICTIONS)
+    for kept in rows[:4:3]:
+        same(kept, study.tested(int(kept["rig"]), kept["amplitude"], kept["friction"]))
+
+    def told(name, friction, joint=" and "):
+        large, small = (
+            -100 * study.bias(rows, name, amplitude, friction)[0] for amplitude in (8900.0, 2200.0)
+        )
+        return f"{large:.1f} %{joint}{small:.1f} %"
+
+    def spread(name, friction, sweep="a sweep of 8.9 kN"):
+        return told(name, friction, f" in {sweep} and by ") + " in one of 2.2 kN"
+
+    how_to = (DOCS.parent / "how-to" / "identification.md").read_text(encoding="utf-8")
+    loop, friction = identification.identify_force_loop.__doc__, identification.identify_friction.__doc__
+    by_friction = f"by {spread('friction', 800.0, 'a sweep of 8.9 kN to 10 Hz')}"
+    for text, sentence in (
+        (how_to, f"noise of 0.1 % of the ranges by {spread('force_loop', 0.0)}"),
+        (loop, f"noise of 0.1 % of the ranges by {spread('force_loop', 0.0)}"),
+        (how_to, f"friction of 800 N that is not configured it is {told('force_loop', 800.0)}"),
+        (loop, f"friction of 800 N that is not configured it is {told('force_loop', 800.0)}"),
+        (how_to, f"with 800 N {by_friction}"),
+        (friction, f"800 N {by_friction}"),
+        (friction, f"makes it too small by {told('friction', 0.0)}"),
+    ):
+        assert sentence in " ".join(text.split()), sentence
+    # What the stated uncertainties do not contain, and what they do.
+    beyond = [abs(study.bias(rows, "force_loop", amplitude)[1]) for amplitude in study.AMPLITUDES]
+    assert min(beyond) > 2.0
+    assert all(abs(study.bias(rows, "friction", amplitude)[1]) < 1.0 for amplitude in study.AMPLITUDES)
+    assert all(study.bias(rows, "friction", amplitude, 800.0)[1] < -5.0 for amplitude in study.AMPLITUDES)

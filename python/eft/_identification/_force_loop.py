@@ -125,9 +125,10 @@ def identify_force_loop(
     -------
     ForceLoopEstimate
         The uncertainties cover random errors only. A further lag of the valve counts to the sensors. Noise
-        also makes the compressibility too small, by more than its uncertainty: 0.1 % of noise by about
-        0.5 % in a sweep of 8.9 kN and by 5 % in one of 2.2 kN on the paper's rig. The page on laboratory
-        rigs has the errors on random rigs.
+        makes the compressibility too small, by more than its uncertainty: noise of 0.1 % of the ranges by
+        0.4 % in a sweep of 8.9 kN and by 4.9 % in one of 2.2 kN on the paper's rig. With a friction of 800 N
+        that is not configured it is 1.5 % and 9.6 %. The page on laboratory rigs has the errors on random
+        rigs.
 
     Raises
     ------
