@@ -1,12 +1,13 @@
 //! The learner: one function from a window to a calibration.
 
+mod state;
 #[cfg(test)]
 mod tests;
 
 use crate::checksum::word;
 use crate::compensation::{Calibration, Deviations, LeadNetwork};
 use crate::integrity::integrity;
-use crate::learning::band_filter::{BandFilter, BandState};
+use crate::learning::band_filter::BandFilter;
 use crate::learning::checkpoint::{Checkpoints, Evidence};
 use crate::learning::curve_nodes::undo;
 use crate::learning::deviation::Deviation;
@@ -15,11 +16,13 @@ use crate::learning::flow_curve::{CurveState, FlowCurve};
 use crate::learning::flow_model::FlowModel;
 use crate::learning::gate::{Gate, GateState, Signals, Verdict};
 use crate::learning::guard::{Guard, GuardState};
-use crate::learning::least_squares::GainAndDelay;
-use crate::learning::valve::{ValveEstimator, ValveState};
+use crate::learning::valve::ValveEstimator;
 use crate::learning::window::{Sums, Window};
 use crate::number::Real;
 use crate::status;
+
+pub use state::LearnerState;
+use state::{Filters, Means};
 
 /// A learner's immutable configuration; one serves any number of channels of the same parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,81 +61,8 @@ pub struct Learner<T: Real, const N: usize> {
 }
 integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, null_gain, known_signal);
 
-/// The state of a learner, made by [`Learner::at_rest`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub struct LearnerState<T> {
-    /// Number of the next window, if none is missing.
-    number: u32,
-    /// Number of windows since the last checkpoint.
-    since_checkpoint: u32,
-    /// Number of windows, counted up to the end of the start.
-    since_start: u32,
-    /// Whether the filters contain the previous window.
-    filtered: bool,
-    /// Whether the means continue although learning is held off.
-    means_go_on: bool,
-    means: Means<T>,
-    /// The means' share in a window if learning is not held off.
-    mean_share: T,
-    /// The means' share in use.
-    share: T,
-    filters: Filters<T>,
-    /// The actuator's flow and the table's (m³/s), both at no load and at one instant.
-    flows: [T; 2],
-    gate: GateState<T>,
-    pub(super) flow: GainAndDelay<T>,
-    pub(super) valve: ValveState<T>,
-    guard: GuardState<T>,
-    pub(super) evidence: Evidence<T>,
-    pub(super) checkpoints: Checkpoints<T>,
-    pub(super) curve: CurveState<T>,
-    /// The last standard deviations.
-    pub(super) deviations: Deviations<T>,
-}
-integrity!(LearnerState<T>: number, since_checkpoint, since_start, filtered, means_go_on, means, mean_share, share, filters, flows, gate, flow, valve, guard, evidence, checkpoints, curve, deviations);
-
-/// Means and changes over the last whole window.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-struct Means<T> {
-    velocity: T,
-    force: T,
-    spool: T,
-    valve_command: T,
-    command: T,
-    command_change: T,
-    /// Flow (m³/s) that follows from the force: leakage and compression of the oil.
-    compressed: T,
-}
-integrity!(Means<T>: velocity, force, spool, valve_command, command, command_change, compressed);
-
-/// The signals' filters.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-struct Filters<T> {
-    asked: BandState<T>,
-    spool: BandState<T>,
-    predicted: BandState<T>,
-    flow: BandState<T>,
-}
-integrity!(Filters<T>: asked, spool, predicted, flow);
-
 /// Number of windows at the start in which lost samples need no settling, because a rig starts at rest or primed.
 const START: u32 = 3;
-
-impl<T: Real> LearnerState<T> {
-    /// An integrity word over every number of the state. Compare the word after one update with that before the next.
-    ///
-    /// # Cost
-    /// As [`Channel::integrity`](crate::Channel::integrity).
-    pub fn integrity(&self) -> u32 {
-        word(self)
-    }
-}
 
 impl<T: Real, const N: usize> Learner<T, N> {
     /// An integrity word over every number of the configuration, as [`Channel::integrity`](crate::Channel::integrity).
