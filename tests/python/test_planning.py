@@ -236,6 +236,22 @@ def test_the_check_names_what_its_errors_do_not_contain(key, value):
     assert eft.simulate(rig, command).metrics().displacement_error > 1.5 * found.displacement_error
 
 
+@pytest.mark.parametrize("lap", [1e-6, 1e-5, 1e-4, 1e-3])
+def test_an_underlap_is_named_where_it_matters_and_changes_little_where_not(lap):
+    command = eft.sine_sweep(2000.0, 0.3, 10.0, 16.0, 4096.0)
+    changes = {"controller.force_loop": "robust", "structure.kind": "linear", "compensation.adaptive": True}
+    rig = RIG.replace(changes | {"compensation.feedforward": True, "compensation.look_ahead": True})
+    lapped = rig.replace({"servovalve.overlap": -lap})
+    error = eft.simulate(lapped, command).metrics().nrmse
+    without = eft.simulate(rig, command).metrics().nrmse
+    named = "servovalve.overlap" in eft.check_feasibility(lapped, command).left_out
+    assert named == (lap > 5e-5)
+    if named:
+        assert error > 1.2 * without
+    else:
+        assert error == pytest.approx(without, rel=0.03)
+
+
 @pytest.mark.parametrize("amplitude", [2200.0, 8900.0])
 @pytest.mark.parametrize("adaptive", [False, True])
 @pytest.mark.parametrize(

@@ -65,10 +65,11 @@ pub struct ForceLoop {
     pub derivative_gain: f64,
     /// Integral gain `G_i` (1/s).
     pub integral_gain: f64,
-    plant: Sampled,
+    plants: Vec<Sampled>,
 }
 
-/// Robustness of a force loop on the rig it is designed for, with the piston at rest.
+/// Robustness of a force loop on the rig it is designed for, with the piston at rest. With an underlap each is the smaller
+/// of those within the lap and beyond it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceLoopMargins {
     /// Largest stable factor (1) on the loop's gain.
@@ -94,13 +95,16 @@ pub(super) fn refuse_long_delay(keys: &str, samples: u32, longest: u32) -> Resul
 
 /// The deviating rigs, sampled.
 pub(super) fn corners(plant: &HeldPiston, deviations: &[Deviation]) -> Vec<Sampled> {
-    deviations.iter().map(|off| plant.deviating(off).sampled()).collect()
+    let of = |plant: HeldPiston| {
+        deviations.iter().map(move |off| plant.deviating(off).sampled()).collect::<Vec<_>>()
+    };
+    plant.slopes().flat_map(of).collect()
 }
 
 /// Designs the loop of a rig without a known latency, which takes tens of milliseconds.
 pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     refuse_long_delay("sensors.force.delay + dac.delay", plant.delay, LONGEST_DELAY)?;
-    let nominal = plant.sampled();
+    let nominal = plant.both_sampled();
     let corners = corners(plant, &DEVIATIONS);
     // The spool's response delay at low frequencies (s).
     let scale = plant.spool_volume / (plant.pilot_flow_gain * plant.spool_voltage);
@@ -127,7 +131,7 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
 /// The largest gains for each `T_D` that keep every corner damped with an integral time (s), each with the peak of the
 /// sensitivity.
 fn damped_gains(
-    nominal: &Sampled,
+    nominal: &[Sampled],
     corners: &[Sampled],
     scale: f64,
     integral_time: f64,
@@ -136,7 +140,8 @@ fn damped_gains(
     for step in 0..TIME_STEPS {
         let time = 0.1 * scale * libm::pow(30.0, step as f64 / (TIME_STEPS - 1) as f64);
         if let Some(gains) = largest(corners, time, integral_time)? {
-            tried.push((nominal.peak_sensitivity(gains), gains));
+            let peaks = nominal.iter().map(|plant| plant.peak_sensitivity(gains));
+            tried.push((peaks.fold(0.0, f64::max), gains));
         }
     }
     Ok(tried)
@@ -146,7 +151,7 @@ fn damped_gains(
 /// static gain of a loop with the margins.
 fn useful(
     gains: Gains,
-    nominal: &Sampled,
+    nominal: &[Sampled],
     plant: &HeldPiston,
     most: &mut Option<f64>,
 ) -> Result<Option<ForceLoop>> {
@@ -236,6 +241,17 @@ impl HeldPiston {
         self.force_sensitivity * self.piston_area * self.flow_gain / (self.spool_voltage * self.leakage)
     }
 
+    /// This plant, and the one beyond an underlap.
+    fn slopes(&self) -> impl Iterator<Item = Self> {
+        let beyond = self.flow_gain_beyond.map(|flow_gain| Self { flow_gain, ..self.clone() });
+        std::iter::once(self.clone()).chain(beyond)
+    }
+
+    /// Both sampled.
+    pub(super) fn both_sampled(&self) -> Vec<Sampled> {
+        self.slopes().map(|plant| plant.sampled()).collect()
+    }
+
     /// Further delay (samples) of a corner for what is not known.
     pub(super) fn unknown_delay(&self) -> u32 {
         FURTHER_SAMPLES + libm::round(LATENCY * self.sample_rate).min(LATENCY_SAMPLES) as u32
@@ -255,23 +271,30 @@ impl HeldPiston {
 }
 
 impl ForceLoop {
-    pub(super) fn new(gains: Gains, plant: &Sampled) -> Self {
+    /// On plants of which the first is the one about rest.
+    pub(super) fn new(gains: Gains, plants: &[Sampled]) -> Self {
         Self {
             proportional_gain: gains.proportional,
             derivative_gain: gains.derivative,
             integral_gain: gains.integral,
-            plant: plant.clone(),
+            plants: plants.to_vec(),
         }
+    }
+
+    /// These gains on another plant.
+    #[cfg(test)]
+    pub(crate) fn on(&self, plant: &HeldPiston) -> Self {
+        Self::new(self.gains(), &plant.both_sampled())
     }
 
     /// The loop from force command (N) to measured force (N), opened after the load cell.
     pub fn open_loop(&self) -> StateSpace {
-        self.plant.model(self.gains(), false)
+        self.plants[0].model(self.gains(), false)
     }
 
     /// The same, closed.
     pub fn closed_loop(&self) -> StateSpace {
-        self.plant.model(self.gains(), true)
+        self.plants[0].model(self.gains(), true)
     }
 
     /// The margins.
@@ -279,12 +302,23 @@ impl ForceLoop {
     /// # Errors
     /// As [`StateSpace::poles`].
     pub fn margins(&self) -> Result<ForceLoopMargins> {
-        Ok(ForceLoopMargins {
-            gain: self.gain_margin()?,
-            delay: self.delay_margin(),
-            damping: self.plant.damping(self.gains())?,
-            e_max: self.coprime_margin(),
-        })
+        let gains = self.gains();
+        let mut least =
+            ForceLoopMargins { gain: f64::INFINITY, delay: f64::INFINITY, damping: 1.0, e_max: 1.0 };
+        for plant in &self.plants {
+            least = ForceLoopMargins {
+                gain: least.gain.min(plant.gain_margin(gains)?),
+                delay: least.delay.min(plant.delay_margin(gains)),
+                damping: least.damping.min(plant.damping(gains)?),
+                e_max: least.e_max.min(plant.coprime_margin(gains)),
+            };
+        }
+        Ok(least)
+    }
+
+    /// The least coprime margin (1).
+    pub(super) fn coprime_margin(&self) -> f64 {
+        self.plants.iter().map(|plant| plant.coprime_margin(self.gains())).fold(1.0, f64::min)
     }
 
     pub(super) fn gains(&self) -> Gains {
@@ -294,11 +328,12 @@ impl ForceLoop {
             integral: self.integral_gain,
         }
     }
+}
 
-    fn gain_margin(&self) -> Result<f64> {
-        let stable = |factor: f64| -> Result<bool> {
-            Ok(self.plant.model(self.gains().scaled(factor), true).growth_rate()? < 0.0)
-        };
+impl Sampled {
+    fn gain_margin(&self, gains: Gains) -> Result<f64> {
+        let stable =
+            |factor: f64| -> Result<bool> { Ok(self.model(gains.scaled(factor), true).growth_rate()? < 0.0) };
         let (mut low, mut high) = (1.0, 1.0);
         while stable(high)? {
             low = high;
@@ -315,9 +350,9 @@ impl ForceLoop {
     }
 
     /// The least delay (s) over all frequencies where the loop's gain crosses 1.
-    fn delay_margin(&self) -> f64 {
-        let at = |frequency: f64| self.plant.open_loop_at(self.gains(), frequency);
-        let response = self.plant.response(self.gains());
+    fn delay_margin(&self, gains: Gains) -> f64 {
+        let at = |frequency: f64| self.open_loop_at(gains, frequency);
+        let response = self.response(gains);
         let pairs = response.iter().zip(response.iter().skip(1));
         let crossings = pairs.filter(|(before, after)| (before.1.norm() > 1.0) != (after.1.norm() > 1.0));
         let delays = crossings.filter_map(|(before, after)| {
@@ -335,10 +370,10 @@ impl ForceLoop {
     }
 
     /// The least coprime margin of all frequencies: that of the grid, then golden sections between its neighbours.
-    pub(super) fn coprime_margin(&self) -> f64 {
+    fn coprime_margin(&self, gains: Gains) -> f64 {
         let of = |l: Complex<f64>| (l + 1.0).norm() / (2.0 * (1.0 + l.norm_sqr())).sqrt();
-        let at = |frequency: f64| self.plant.open_loop_at(self.gains(), frequency).map_or(f64::INFINITY, of);
-        let response = self.plant.response(self.gains());
+        let at = |frequency: f64| self.open_loop_at(gains, frequency).map_or(f64::INFINITY, of);
+        let response = self.response(gains);
         let margin = |i: usize| response.get(i).map_or(f64::INFINITY, |(_, l)| of(*l));
         let least = (0..response.len()).min_by(|&i, &j| margin(i).total_cmp(&margin(j))).unwrap_or(0);
         let frequency = |i: usize| response.get(i.min(response.len() - 1)).map_or(0.0, |(f, _)| *f);
@@ -349,9 +384,7 @@ impl ForceLoop {
         }
         at(0.5 * (low + high)).min(margin(least))
     }
-}
 
-impl Sampled {
     /// Frequencies (Hz) and the open loop's gain there.
     fn response(&self, gains: Gains) -> Vec<(f64, Complex<f64>)> {
         let highest = 0.5 * self.rate;

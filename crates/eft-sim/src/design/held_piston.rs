@@ -22,8 +22,10 @@ pub struct HeldPiston {
     pub spool_voltage: f64,
     /// Oil volume that moves the spool from null to full opening, `A_v·x_vmax` (m³).
     pub spool_volume: f64,
-    /// Slope of the flow curve at the origin (m³/s per unit opening).
+    /// Slope of the flow curve about rest (m³/s per unit opening).
     pub flow_gain: f64,
+    /// The slope beyond an underlap (m³/s per unit opening), if there is one.
+    pub flow_gain_beyond: Option<f64>,
     /// Oil compressibility of the chambers `K_a` (m³/Pa).
     pub compressibility: f64,
     /// Leakage `C_l` (m³/(s·Pa)), including that of the valve.

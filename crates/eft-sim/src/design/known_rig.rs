@@ -47,7 +47,7 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
 /// stays, or becomes longer.
 fn shared(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLoop> {
     refuse_long_delay("controller.force_delay + dac.delay", plant.samples(), LONGEST_LATENCY)?;
-    let nominal = plant.sampled();
+    let nominal = plant.both_sampled();
     let short = plant.samples() - plant.delay <= plant.unknown_delay();
     let corners = match (plant.identified, short) {
         (true, _) => corners(plant, &IDENTIFIED),
@@ -83,9 +83,10 @@ fn shared(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLoop> {
 }
 
 /// Whether the rig itself with its latency has the least damping and gain margin.
-fn has_margins(nominal: &Sampled, gains: Gains, gain_margin: f64) -> Result<bool> {
-    Ok(nominal.damping(gains)? >= force_loop::NOMINAL_DAMPING
-        && nominal.damping(gains.scaled(gain_margin))? > 0.0)
+fn has_margins(nominal: &[Sampled], gains: Gains, gain_margin: f64) -> Result<bool> {
+    Ok(damped(nominal, gains, force_loop::NOMINAL_DAMPING)?
+        // Not even an undamped one.
+        && damped(nominal, gains.scaled(gain_margin), f64::MIN_POSITIVE)?)
 }
 
 #[cfg(test)]

@@ -45,7 +45,8 @@ impl FlowGain {
         let table = of(rig.servovalve.flow_table.slopes()?);
         // Areas and an underlap that the controller knows change its inverse as they change the valve. What an overlap does
         // near null no linear model has.
-        let known = of(rig.controller_curve().slopes()?);
+        let known = rig.at_rest(&rig.servovalve.flow_table)?;
+        let known = of((known.shallower, known.steeper));
         let slope = if self == Self::Nominal { nominal * (known / table) } else { known };
         let rest = plant.at_rest(valve.true_curve())?;
         let true_over_known = of((rest.shallower, rest.steeper)) / known;

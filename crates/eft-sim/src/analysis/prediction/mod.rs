@@ -3,7 +3,7 @@
 mod nonlinear;
 mod signals;
 
-use self::nonlinear::Unknown;
+use self::nonlinear::{NOTICED, Unknown};
 use self::signals::{Faded, Signals, Spectrum};
 use crate::analysis::learned;
 use crate::analysis::linear::{AboutRest, FlowGain, StateSpace, about_rest, disturbed};
@@ -11,8 +11,6 @@ use crate::config::{ForceLoop, RigConfig};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
 
-/// Power beside that of an error that raises the error by a tenth (1).
-const NOTICED: f64 = 0.21;
 /// Key of the valve's null.
 const NULL: &str = "servovalve.null_bias";
 
@@ -133,7 +131,7 @@ fn errors(
     let mut constants: Vec<_> = at_rest.constants.iter().map(|(key, all)| (*key, largest(all))).collect();
     constants.extend((null > 0.0).then_some((NULL, null)));
     let overlap = "servovalve.overlap";
-    if unknown.is_large(opening) && !left_out.iter().any(|key| key == overlap) {
+    if unknown.is_large(opening, force.whole) && !left_out.iter().any(|key| key == overlap) {
         left_out.push(overlap.into());
     }
     Ok(Some(Prediction { force, displacement, constants, left_out }))

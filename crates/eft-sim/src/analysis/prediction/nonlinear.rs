@@ -8,10 +8,15 @@ use crate::analysis::prediction::signals::{Faded, Signals, Spectrum, outputs};
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
 
+/// Power beside that of an error that raises the error by a tenth (1).
+pub(super) const NOTICED: f64 = 0.21;
 /// Highest frequency (Hz) of the effects.
 const HIGHEST: f64 = 100.0;
 /// Lap over root-mean-square opening beyond which the predicted force error is more than a tenth too small.
 const LARGE: f64 = 0.02;
+/// Force error over the ratio of a known underlap to the root-mean-square opening: valve and lead network follow the kinks
+/// of the opening too slowly.
+const KINKS: f64 = 2.0;
 /// Opening of the learned curve's first node over the largest one.
 const FIRST_NODE: f64 = 1.0 / 7.0;
 
@@ -23,6 +28,8 @@ pub(super) struct Unknown {
     overlap: f64,
     /// Opening (1) by which the controller misses the null at rest. An integral part finds it during the test.
     pub(super) null: f64,
+    /// The known underlap (1).
+    underlap: f64,
     /// Friction (N), and the velocity (m/s) beyond which it is complete.
     friction: f64,
     friction_velocity: f64,
@@ -46,6 +53,7 @@ impl Unknown {
         Self {
             overlap: valve.overlap - rig.servovalve.overlap,
             null: rig.opening_at_rest() - valve.null_bias,
+            underlap: (-rig.servovalve.overlap).max(0.0),
             friction: plant.actuator.friction,
             friction_velocity: plant.actuator.friction_velocity,
             learned: match (rig.compensation.adaptive, rig.compensation.corrects_curve()) {
@@ -60,9 +68,11 @@ impl Unknown {
         self.overlap != 0.0 || self.null != 0.0 || self.friction != 0.0
     }
 
-    /// Whether the lap is too large beside the root-mean-square opening (1) for a first order.
-    pub(super) fn is_large(&self, opening: f64) -> bool {
-        self.overlap.abs() > LARGE * opening
+    /// Whether the lap is too large beside the root-mean-square opening (1): an unknown one for a first order, a known one
+    /// for no effect beside a force error (1).
+    pub(super) fn is_large(&self, opening: f64, error: f64) -> bool {
+        let kinks = KINKS * self.underlap / opening;
+        self.overlap.abs() > LARGE * opening || kinks * kinks > NOTICED * error * error
     }
 
     /// Adds the effects on force and motion to the signals of a rig with this model.

@@ -13,6 +13,7 @@ pub(in crate::design) fn zhao2005() -> HeldPiston {
         spool_voltage: 3579.13 * 2.79e-3,
         spool_volume: 1.964e-4 * 2.79e-3,
         flow_gain: 1022.0 * CUBIC_INCH,
+        flow_gain_beyond: None,
         compressibility: 7.56e-13,
         leakage: 1.3e-11,
         piston_area: 8.212e-3,
@@ -56,7 +57,7 @@ fn the_papers_rig_has_the_margins_of_an_independent_model() {
         proportional_gain: 0.36,
         derivative_gain: 1e-3,
         integral_gain: 0.0,
-        plant: zhao2005().sampled(),
+        plants: vec![zhao2005().sampled()],
     };
     let margins = chosen.margins().unwrap();
     assert!((margins.damping - 0.45924480).abs() < 1e-6, "{margins:?}");
