@@ -355,3 +355,42 @@ def test_a_wrong_gain_of_the_valve_is_a_wrong_null_command():
     rig = RIG.replace({"servovalve.null_bias": 0.03, "compensation.valve_gain": 0.12})
     reasons = " ".join(eft.check_feasibility(rig, command).reasons)
     assert "at its true null with a command of 0.3 V, and the controller gives 0.25 V" in reasons
+
+
+LEARNS = {
+    "structure.kind": "linear",
+    "controller.force_loop": "robust",
+    "compensation.adaptive": True,
+    "compensation.feedforward": True,
+    "compensation.look_ahead": True,
+}
+
+
+@pytest.mark.parametrize(
+    ("key", "factor"),
+    [
+        ("actuator.leakage", 10.0),
+        ("actuator.leakage", 3.0),
+        ("actuator.compressibility", 0.8),
+        ("actuator.compressibility", 1.2),
+        ("servovalve.spool_stroke", 1.1),
+        ("servovalve.spool_sensitivity", 1.06),
+        ("servovalve.pilot_time_constant", 1.4),
+        ("servovalve.flow_gain_scale", 1.1),
+    ],
+)
+def test_a_learning_controller_has_the_predicted_error_on_another_plant(key, factor):
+    rig = RIG.replace(LEARNS)
+    wrong = rig.replace({f"truth.{key}": factor * rig[key]})
+    command = eft.sine_sweep(2000.0, 0.3, 10.0, 30.0, 4096.0)
+    found, metrics = eft.check_feasibility(wrong, command), eft.simulate(wrong, command).metrics()
+    assert 1 / 1.5 < found.force_error / metrics.nrmse < 1.5 or key in found.left_out
+
+
+def test_what_is_true_and_what_is_known_of_the_oil_are_predicted_apart():
+    rig = RIG.replace(LEARNS)
+    command = eft.sine_sweep(2000.0, 0.3, 10.0, 30.0, 4096.0)
+    key = "actuator.compressibility"
+    told, true = (rig.replace({name: 1.2 * rig[key]}) for name in (key, f"truth.{key}"))
+    errors = [eft.check_feasibility(one, command).force_error for one in (told, true)]
+    assert errors[1] > 1.2 * errors[0]

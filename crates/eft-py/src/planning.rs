@@ -157,7 +157,7 @@ pub(crate) fn check_feasibility<'py>(
     Ok(answer)
 }
 
-/// Return the true rig as self-calibration at a sample rate (Hz) will have tuned it.
+/// Return the rig as self-calibration at a sample rate (Hz) will have tuned it.
 #[pyfunction]
 pub(crate) fn learned(rig: &Rig, sample_rate: f64) -> PyResult<Rig> {
     Ok(Rig { config: eft_sim::learned(&rig.config, sample_rate).map_err(to_python)? })

@@ -17,17 +17,17 @@ const BUDGET: (f64, f64) = (0.25, 10.0);
 /// Longest response delay (s) that a rig may have.
 const LONGEST: f64 = 1.0;
 
-/// The true rig after self-calibration at a sample rate (Hz), with the gains that were designed for the
-/// configured rig. Its lead network has the phase and the amplitude that make valve, controller and velocity
-/// exact at the frequency of the motion.
+/// The rig after self-calibration at a sample rate (Hz), with the gains that were designed for the configured
+/// rig. Its lead network has the phase and the amplitude that make valve, controller and velocity exact at the
+/// frequency of the motion. What is not learned, such as the oil and the leakage of the feedforward, stays as configured.
 ///
 /// # Errors
 /// As [`linearize`]; a design that does not exist at this rate.
 pub fn learned(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
-    let plant = calibrated(rig, sample_rate)?;
-    let motion = motion(&plant, sample_rate)?;
-    let frequency = motion.angular / TAU;
-    let passed = valve_response(&plant, frequency) / valve_response(&plant, 0.0) * motion.used_over_true;
+    let calibrated = calibrated(rig, sample_rate)?;
+    let motion = motion(&calibrated, sample_rate)?;
+    let valve = valve_response(rig, motion.angular / TAU) / rig.compensation.valve_gain;
+    let passed = valve * motion.used_over_true;
     // The velocity's delay that is found ends twice the configured response delay above the known one.
     let known = rig.compensation.velocity_delay + rig.velocity_delay(sample_rate)?;
     let found = known + 2.0 * rig.compensation.response_delay;
@@ -35,37 +35,30 @@ pub fn learned(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
     let analog = rig.controller.realization == Realization::Analog;
     if analog && rig.controller.force_loop == ForceLoop::Pd {
         // The valve command is measured behind the converter, whose delay must be told.
-        unfound += (f64::from(plant.dac.delay) - f64::from(rig.dac.delay)) / sample_rate;
+        unfound += (f64::from(rig.plant().dac.delay) - f64::from(rig.dac.delay)) / sample_rate;
     }
     let budget = delay_budget(rig, sample_rate, BUDGET)?;
     let late = budget.hold + budget.computation - unfound;
     let lead = Lead::with_phase(motion.angular * late - passed.arg(), rig.compensation.lead_alpha);
-    let level = plant.compensation.level;
-    let share = if level > 0.0 { compensated_share(&plant)? / level } else { 1.0 };
+    let level = rig.compensation.level;
+    let share = if level > 0.0 { compensated_share(&calibrated)? / level } else { 1.0 };
     let found_level = level / (share * lead.amplitude * passed.norm());
-    plant.replace(&[
-        ("compensation.response_delay", (lead.delay / motion.angular).min(LONGEST).into()),
-        ("compensation.velocity_delay", 0.0.into()),
-        ("compensation.level", found_level.into()),
-    ])
+    Ok(calibrated.varied(|values| {
+        values.compensation.response_delay = (lead.delay / motion.angular).min(LONGEST);
+        values.compensation.velocity_delay = 0.0;
+        values.compensation.level = found_level;
+    }))
 }
 
-/// The true rig without estimators, and with the flow curve as far as the controller corrects it.
+/// The rig without estimators, and with the flow curve as far as the controller corrects it.
 fn calibrated(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
-    let mut changes: Vec<(&str, toml::Value)> = vec![("compensation.adaptive", false.into())];
-    if rig.controller.force_loop == ForceLoop::Robust {
-        let designed = rig.designed_force_loop(sample_rate)?;
-        changes.extend([
-            ("controller.force_loop", "pd".into()),
-            ("controller.realization", "digital".into()),
-            ("controller.proportional_gain", designed.proportional_gain.into()),
-            ("controller.derivative_gain", designed.derivative_gain.into()),
-            ("controller.integral_gain", designed.integral_gain.into()),
-        ]);
-    }
-    let table = rig.plant().get("servovalve.flow_table")?.filter(|_| !rig.compensation.corrects_curve());
-    changes.extend(table.map(|table| ("servovalve.true_flow_table", table)));
-    rig.plant().replace(&changes)
+    let table = (!rig.compensation.corrects_curve()).then(|| rig.plant().servovalve.flow_table.clone());
+    Ok(rig.with_fixed_gains(sample_rate)?.varied(|values| {
+        values.compensation.adaptive = false;
+        if table.is_some() {
+            values.servovalve.true_flow_table.clone_from(&table);
+        }
+    }))
 }
 
 /// Root-mean-square frequency of a motion.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::f64::consts::{FRAC_2_PI, TAU};
 
-use super::{FlowCurve, GivenForceLoop, MotionAt, Realization, RigConfig, RigValues};
+use super::{FlowCurve, ForceLoop, GivenForceLoop, MotionAt, Realization, RigConfig, RigValues};
 use crate::checks;
 use crate::design::{self, HeldPiston};
 use crate::error::Result;
@@ -136,6 +136,18 @@ impl RigConfig {
         rig.values.controller.sample_rate = sample_rate;
         rig.design_force_loop(sample_rate)?;
         Ok(Cow::Owned(rig))
+    }
+
+    /// This rig with the gains of its loop at a sample rate (Hz) as given ones.
+    ///
+    /// # Errors
+    /// As [`designed_force_loop`](Self::designed_force_loop).
+    pub(crate) fn with_fixed_gains(&self, sample_rate: f64) -> Result<Self> {
+        let mut rig = self.at_rate(sample_rate)?.into_owned();
+        if rig.given.take().is_some() {
+            rig = rig.varied(|values| values.controller.force_loop = ForceLoop::Pd);
+        }
+        Ok(rig)
     }
 
     /// Possibly changed values of this rig, in which an unchanged designed loop is replaced by the configured

@@ -2,6 +2,7 @@
 
 mod nonlinear;
 mod signals;
+mod unmodelled;
 
 use self::nonlinear::{NOTICED, Unknown};
 use self::signals::{Faded, Signals, Spectrum};
@@ -13,6 +14,8 @@ use crate::ground_motion::excitation::Command;
 
 /// Key of the valve's null.
 const NULL: &str = "servovalve.null_bias";
+/// Part of an error that is noticed (1).
+const TENTH: f64 = 0.1;
 
 /// Errors of force and displacement at small motion, of the actuators with the largest.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,7 +56,7 @@ pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Predictio
         return Ok(None);
     }
     let rate = first.sample_rate;
-    let found = || {
+    let found = |rig: &RigConfig| {
         // An unknown lap disturbs the loop with the known one.
         let told = rig.varied(|values| values.servovalve.overlap = rig.servovalve.overlap);
         let judged = if learns { learned(&told, rate)? } else { told };
@@ -62,7 +65,20 @@ pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Predictio
         let at_rest = about_rest(&judged, FlowGain::Nominal, rate)?;
         errors(rig, &judged, &model, at_rest, commands)
     };
-    match found() {
+    let predicted = || {
+        let Some(mut prediction) = found(rig)? else { return Ok(None) };
+        for (key, known) in unmodelled::not_learned(rig) {
+            let without = match found(&known) {
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                other => other.ok().flatten().map_or(f64::INFINITY, |without| without.force.whole),
+            };
+            if (prediction.force.whole - without).abs() > TENTH * prediction.force.whole {
+                prediction.left_out.push(key.into());
+            }
+        }
+        Ok(Some(prediction))
+    };
+    match predicted() {
         Ok(found) => Ok(found),
         Err(Error::Interrupted) => Err(Error::Interrupted),
         // There is no stable linear model: too many delays, no slope at rest, or growing motion. Or a command is too
