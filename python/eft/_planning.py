@@ -113,7 +113,7 @@ class Feasibility(Result):
     """Keys of the rig with an effect that the predicted errors do not contain, such as a known overlap, which
     the controller does not compensate for exactly. ``"command above 20 Hz"`` stands for the part of the
     command there, as of a square wave, if it may raise the predicted error by a tenth. A test on the virtual
-    rig shows both."""
+    rig shows both. Without predicted errors, the keys that the linear model does not contain."""
 
 
 class InverseDynamics(NamedTuple):
@@ -321,6 +321,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     errors = predicted(rig, command)
     if errors is not None:
         findings += of_prediction(rig, rate, errors)
+    elif rig["structure.kind"] == "shear_building" and rig["compensation.adaptive"]:
+        findings.append(Finding("go", _OF_SEVERAL))
     findings.sort(key=lambda one: -GRADES.index(one.grade))
     demands = tuple(Demand(**demand) for demand in found.pop("demands"))
     reasons = tuple(one.sentence for one in findings)
@@ -332,8 +334,22 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
         **found,
         force_error=None if errors is None else errors.force.whole,
         displacement_error=None if errors is None else errors.displacement.whole,
-        left_out=() if errors is None else errors.left_out,
+        left_out=_left_out(rig, rate) if errors is None else errors.left_out,
     )
+
+
+_OF_SEVERAL = (
+    "The errors are not predicted, because the controllers of several actuators learn different delays. "
+    "A test on the virtual rig shows them."
+)
+
+
+def _left_out(rig: Rig, rate: float) -> tuple[str, ...]:
+    """What the linear model itself does not contain."""
+    try:
+        return tuple(_native.linearize(rig, sampled=True, sample_rate=rate).left_out)
+    except ValueError:
+        return ()
 
 
 _SCHEMES = ("off", "linear", "nonlinear")

@@ -394,3 +394,64 @@ def test_what_is_true_and_what_is_known_of_the_oil_are_predicted_apart():
     told, true = (rig.replace({name: 1.2 * rig[key]}) for name in (key, f"truth.{key}"))
     errors = [eft.check_feasibility(one, command).force_error for one in (told, true)]
     assert errors[1] > 1.2 * errors[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"limits.force_range": 1500.0}, "limits.force_range"),
+        ({"sensors.force.range": 1500.0}, "sensors.force.range"),
+        ({"sensors.velocity.range": 0.05}, "sensors.velocity.range"),
+        ({"limits.velocity_range": 0.05}, "limits.velocity_range"),
+        (
+            {"controller.velocity_source": "derivative", "sensors.displacement.range": 1e-3},
+            "sensors.displacement.range",
+        ),
+        ({"limits.valve_command": 0.3}, "limits.valve_command"),
+        ({"dac.range": 0.3}, "dac.range"),
+    ],
+)
+def test_a_range_that_the_command_exceeds_is_a_reason(changes, named):
+    rig = RIG.replace(LEARNS)
+    command = eft.sine_sweep(2000.0, 0.3, 10.0, 30.0, 4096.0)
+    limited = rig.replace(changes)
+    found = eft.check_feasibility(limited, command)
+    assert found.verdict == "no" and any(named in reason for reason in found.reasons), found.reasons
+    assert eft.simulate(limited, command).metrics().nrmse > 0.1
+    # A range that the signal does not reach costs nothing.
+    key = next(key for key in changes if key.endswith(named.split(".")[-1]))
+    wide = rig.replace(changes | {key: 100.0 * changes[key]})
+    assert not any(named in reason for reason in eft.check_feasibility(wide, command).reasons)
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"actuator.attachment_play": 1e-5}, "actuator.attachment_play"),
+        ({"truth.actuator.attachment_play": 5e-5}, "actuator.attachment_play"),
+        ({"protection.enabled": True, "protection.start_time": 10.0}, "protection.start_time"),
+        ({"supply.droop": 3e10, "supply.accumulator": 1e-10}, "supply.droop"),
+    ],
+)
+def test_effects_that_no_linear_model_has_are_named_where_they_matter(changes, key):
+    rig = RIG.replace(LEARNS)
+    command = eft.sine_sweep(2000.0, 0.3, 10.0, 30.0, 4096.0)
+    ruled = rig.replace(changes)
+    found = eft.check_feasibility(ruled, command)
+    assert found.left_out == (key,)
+    assert eft.simulate(ruled, command).metrics().nrmse > 1.5 * found.force_error
+    last = next(reversed(changes)) if key != "supply.droop" else key
+    little = rig.replace(changes | {last: 1e-4 * changes[last]})
+    assert eft.check_feasibility(little, command).left_out == ()
+
+
+def test_a_building_that_learns_has_no_predicted_errors_and_says_so():
+    stories = {"masses": [6000.0, 4000.0], "stiffnesses": [2e6, 1.5e6], "dampings": [5e3, 4e3]}
+    rig = RIG.replace(
+        {"structure.kind": "shear_building", "compensation.adaptive": True, "actuator.friction": 100.0}
+        | {f"structure.stories.{key}": values for key, values in stories.items()}
+    )
+    record = eft.sine_sweep(1.0, 0.0, 10.0, 4.0, 4096.0)
+    found = eft.check_feasibility(rig, eft.Command(np.outer([1000.0, 500.0], record.values), 4096.0))
+    assert found.force_error is None and "actuator.friction" in found.left_out
+    assert any("not predicted" in reason for reason in found.reasons)

@@ -7,7 +7,7 @@ use crate::analysis::linear::{
 };
 use crate::closed_loop::{SimulateOptions, ideal_responses};
 use crate::config::TABLE_CAPACITY;
-use crate::config::{Mode, RigConfig};
+use crate::config::{Mode, Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 
@@ -42,7 +42,7 @@ pub struct Demand {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Feasibility {
     /// Force, displacement, velocity, flow, opening and power; also the mean flow if the pump's flow is
-    /// known.
+    /// known, and what sensors, converter and limits of the controller must let pass.
     pub demands: Vec<Demand>,
     /// The simplest scheme that suffices.
     pub scheme: Mode,
@@ -107,7 +107,7 @@ fn merge(all: &mut Vec<Demand>, asked: Vec<Demand>) {
 
 fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Result<(Vec<Demand>, f64)> {
     // Demand and capacity are those of the true plant, not of the controller's model.
-    let rig = rig.plant();
+    let (limited, rig) = (rig, rig.plant());
     let actuator = &rig.actuator;
     let valve = &rig.servovalve;
     let table = valve.true_curve();
@@ -162,7 +162,49 @@ fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Resul
     if let Some(pump) = rig.supply.pump_flow {
         all.push(demand(MEAN_FLOW, "m³/s", mean, pump, 1.0));
     }
+    let volts = opening * valve.spool_sensitivity * valve.spool_stroke;
+    let passages = passages(limited, force, stroke, velocity, volts).into_iter();
+    all.extend(
+        passages.filter_map(|(name, unit, required, range)| Some(demand(name, unit, required, range?, 1.0))),
+    );
     Ok((all, force / stall))
+}
+
+/// What must pass sensors, converter and limits: name, unit, size, and the range if there is one. `volts` is the largest
+/// valve command at low frequencies.
+fn passages(
+    rig: &RigConfig,
+    force: f64,
+    stroke: f64,
+    velocity: f64,
+    volts: f64,
+) -> Vec<(&'static str, &'static str, f64, Option<f64>)> {
+    let (limits, plant) = (&rig.limits, rig.plant());
+    let sensors = &plant.sensors;
+    let cell = sensors.force.gain.abs() * force + sensors.force.bias.abs();
+    let mut passages = vec![
+        ("force within sensors.force.range", "N", cell, sensors.force.range),
+        ("force within limits.force_range", "N", cell, limits.force_range),
+    ];
+    if rig.controller.velocity_source == VelocitySource::Sensor {
+        let sensor = &sensors.velocity;
+        let read = sensor.gain.abs() * velocity + sensor.bias.abs();
+        passages.push(("velocity within sensors.velocity.range", "m/s", read, sensor.range));
+        passages.push(("velocity within limits.velocity_range", "m/s", read, limits.velocity_range));
+    } else {
+        let sensor = &sensors.displacement;
+        let read = sensor.gain.abs() * stroke + sensor.bias.abs();
+        passages.push(("displacement within sensors.displacement.range", "m", read, sensor.range));
+    }
+    // An analog force loop amplifies the controller's output.
+    let output = match (rig.controller.realization, rig.compensation.mode) {
+        (Realization::Digital, _) => volts,
+        (Realization::Analog, Mode::Off) => return passages,
+        (Realization::Analog, _) => volts / rig.controller.proportional_gain,
+    };
+    passages.push(("valve command within limits.valve_command", "V", output, limits.valve_command));
+    passages.push(("valve command within dac.range", "V", output, plant.dac.range));
+    passages
 }
 
 fn scheme(rig: &RigConfig, demands: &[Demand], pressure: f64) -> Result<Mode> {

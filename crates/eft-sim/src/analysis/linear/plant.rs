@@ -188,7 +188,7 @@ fn stories(rig: &RigConfig) -> Vec<Story> {
 }
 
 /// Keys of a rig with an effect on small signals that no linear model contains. These are dead zone, offset,
-/// friction, constant leakage, a damper that is infinitely steep at rest, a delayed command, and changing estimates.
+/// friction, play, constant leakage, a damper that is infinitely steep at rest, a delayed command, and changing estimates.
 pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let (plant, compensation) = (rig.plant(), &rig.compensation);
     let (valve, structure) = (&plant.servovalve, &plant.structure);
@@ -199,6 +199,7 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
         (valve.null_bias != 0.0, "servovalve.null_bias"),
         (valve.leakage.constant > 0.0, "servovalve.leakage.constant"),
         (plant.actuator.friction > 0.0, "actuator.friction"),
+        (plant.actuator.attachment_play > 0.0, "actuator.attachment_play"),
         (plant.sensors.force.bias != 0.0, "sensors.force.bias"),
         (plant.sensors.velocity.bias != 0.0, "sensors.velocity.bias"),
         (steep && !building, "structure.power_damper"),

@@ -143,6 +143,8 @@ fn errors(
     if 1.0 - within > NOTICED * force.whole.powi(2) {
         left_out.push("command above 20 Hz".into());
     }
+    let noticed = unmodelled::noticed(rig, commands, force.whole, opening)?;
+    left_out.extend(noticed.into_iter().map(String::from));
     let largest = |all: &Vec<[f64; 2]>| all.iter().map(|one| one[0].abs()).fold(0.0, f64::max);
     let mut constants: Vec<_> = at_rest.constants.iter().map(|(key, all)| (*key, largest(all))).collect();
     constants.extend((null > 0.0).then_some((NULL, null)));
@@ -171,6 +173,8 @@ impl PredictedError {
 fn left_out(rig: &RigConfig, model: &StateSpace) -> Vec<String> {
     let contained = |key: &str| match key {
         NULL | "sensors.force.bias" | "sensors.velocity.bias" => true,
+        // Named where it is noticed.
+        "actuator.attachment_play" => true,
         // What is known is compensated for, but not exactly.
         "servovalve.overlap" => rig.servovalve.overlap <= 0.0,
         _ => false,
