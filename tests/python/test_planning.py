@@ -396,6 +396,23 @@ def test_what_is_true_and_what_is_known_of_the_oil_are_predicted_apart():
     assert errors[1] > 1.2 * errors[0]
 
 
+@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize(
+    "changes", [{}, {"compensation.look_ahead": False}, {"compensation.adaptive": False}]
+)
+def test_a_told_latency_of_the_load_cell_delays_the_command(told, changes):
+    latency = 4 / 4096
+    rig = RIG.replace(
+        LEARNS
+        | {"truth.sensors.force.delay": 4, "controller.force_delay": latency if told else 0.0}
+        | changes
+    )
+    command = eft.sine_sweep(3000.0, 0.5, 12.0, 20.0, 4096.0)
+    found, metrics = eft.check_feasibility(rig, command), eft.simulate(rig, command).metrics()
+    assert found.left_out == ()
+    assert found.force_error == pytest.approx(metrics.nrmse, rel=0.35)
+
+
 @pytest.mark.parametrize(
     ("changes", "named"),
     [

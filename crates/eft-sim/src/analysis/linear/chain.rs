@@ -24,6 +24,46 @@ struct Lag {
     newer: f64,
 }
 
+/// A delay of any length, linear between samples, as of [`crate::instruments`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AnyDelay {
+    /// Index of its first state.
+    at: usize,
+    whole: usize,
+    part: f64,
+}
+
+impl AnyDelay {
+    /// A delay (samples) whose states begin at `at`.
+    pub(super) fn new(at: usize, delay: f64) -> Self {
+        Self { at, whole: delay as usize, part: delay.fract() }
+    }
+
+    /// Names for its states.
+    pub(super) fn names(&self, signal: &str) -> Vec<String> {
+        (1..=self.whole + 1).map(|age| format!("{signal}_{age}")).collect()
+    }
+
+    /// A signal at a tick and at the next one, both delayed; the new states are written to `next`.
+    pub(super) fn pass(
+        &self,
+        state: &DMatrix<f64>,
+        next: &mut DMatrix<f64>,
+        [now, then]: [Signal; 2],
+    ) -> [Signal; 2] {
+        // From the next tick backwards.
+        let aged = |age: usize| match age {
+            0 => then.clone(),
+            1 => now.clone(),
+            _ => state.row(self.at + age - 2).into_owned(),
+        };
+        let delayed = |age: usize| aged(age) * (1.0 - self.part) + aged(age + 1) * self.part;
+        next.rows_mut(self.at + 1, self.whole).copy_from(&state.rows(self.at, self.whole));
+        next.set_row(self.at, &now);
+        [delayed(self.whole + 1), delayed(self.whole)]
+    }
+}
+
 impl Chain {
     /// A chain whose states begin at `at`, with a bandwidth (Hz) and a delay (samples).
     pub(super) fn new(at: usize, bandwidth: Option<f64>, delay: usize, sample_rate: f64) -> Self {

@@ -112,6 +112,9 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
         (sensors.force.delay, "sensors.force.delay"),
     ];
     left_out.extend(delays.iter().filter(|(samples, _)| *samples > 0).map(|(_, key)| (*key).to_owned()));
+    if controller.force_delay > 0.0 {
+        left_out.push("controller.force_delay".to_owned());
+    }
     if controller.velocity_source != VelocitySource::Sensor {
         left_out.push("controller.velocity_source".to_owned());
     }

@@ -188,7 +188,7 @@ fn stories(rig: &RigConfig) -> Vec<Story> {
 }
 
 /// Keys of a rig with an effect on small signals that no linear model contains. These are dead zone, offset,
-/// friction, play, constant leakage, a damper that is infinitely steep at rest, a delayed command, and changing estimates.
+/// friction, play, constant leakage, a damper that is infinitely steep at rest, and changing estimates.
 pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let (plant, compensation) = (rig.plant(), &rig.compensation);
     let (valve, structure) = (&plant.servovalve, &plant.structure);
@@ -203,7 +203,6 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
         (plant.sensors.force.bias != 0.0, "sensors.force.bias"),
         (plant.sensors.velocity.bias != 0.0, "sensors.velocity.bias"),
         (steep && !building, "structure.power_damper"),
-        (rig.controller.force_delay > 0.0, "controller.force_delay"),
         (compensation.adaptive, "compensation.adaptive"),
         (compensation.guard, "compensation.guard"),
     ]

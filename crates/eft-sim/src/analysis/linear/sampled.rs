@@ -3,7 +3,7 @@
 
 use nalgebra::DMatrix;
 
-use super::chain::{Chain, Signal};
+use super::chain::{AnyDelay, Chain, Signal};
 use super::disturbance::Disturbance;
 use super::gains::{FlowGain, Gains};
 use super::plant::{LinearPlant, left_out};
@@ -100,6 +100,8 @@ struct DigitalSide {
     force: Chain,
     computation: Chain,
     converter: Chain,
+    /// The delay of the command by the known latency of the load cell.
+    command: Option<AnyDelay>,
 }
 
 // Index of the first of a controller's states; the states of the chains follow.
@@ -147,7 +149,11 @@ impl<'a> Ticker<'a> {
             for chain in chains {
                 names.extend(chain.iter().map(|name| plant.name(name, actuator)));
             }
-            digital.push(DigitalSide { at, velocity, force, computation, converter });
+            let late = rig.controller.force_delay * sample_rate;
+            let command = (late > 0.0).then(|| AnyDelay::new(names.len(), late));
+            let aged = command.map_or_else(Vec::new, |command| command.names("command"));
+            names.extend(aged.iter().map(|name| plant.name(name, actuator)));
+            digital.push(DigitalSide { at, velocity, force, computation, converter, command });
         }
         if names.len() > MOST_STATES {
             let allowed = format!("must be at most {MOST_STATES}: fewer samples of delay, or fewer stories");
@@ -208,21 +214,28 @@ impl<'a> Ticker<'a> {
         let control = &self.rig.controller;
         let plant = state.rows(0, self.plant.states());
         for (i, side) in self.digital.iter().enumerate() {
-            let (command, next_command) = (commands.row(i), next_commands.row(i));
+            let asked = [commands.row(i).into_owned(), next_commands.row(i).into_owned()];
+            let [command, next_command] = match &side.command {
+                Some(delay) => delay.pass(state, &mut next, asked.clone()),
+                None => asked.clone(),
+            };
+            // A feedforward that looks ahead acts on the true force, which is not late.
+            let looks_ahead = self.rig.compensation.look_ahead && control.realization == Realization::Digital;
+            let fed = if looks_ahead { &asked[0] } else { &command };
             let noise = noise.rows(Disturbance::COUNT * i, Disturbance::COUNT);
             let of = |source: Disturbance| noise.row(source as usize);
             let measured = of(Disturbance::Force) + of(Disturbance::ForceResolution);
             let force = side.force.pass(state, &mut next, self.plant.shown(i) * plant) + measured;
             let velocity = side.velocity.pass(&self.plant, i, state, &mut next, &force, &noise);
-            let computed = self.compensation(side.at, state, &mut next, &velocity, &command.into_owned());
+            let computed = self.compensation(side.at, state, &mut next, &velocity, fed);
             let mut compensation = side.computation.pass(state, &mut next, computed);
             match control.realization {
                 Realization::Analog => {
                     compensation += of(Disturbance::Converter);
                     compensation = side.converter.pass(state, &mut next, compensation);
                     // The load cell's noise is constant within a sample, as a difference of the command.
-                    signals.set_row(SIGNALS * i, &(command - of(Disturbance::Force)));
-                    signals.set_row(SIGNALS * i + 1, &((next_command - command) * self.sample_rate));
+                    signals.set_row(SIGNALS * i, &(&command - of(Disturbance::Force)));
+                    signals.set_row(SIGNALS * i + 1, &((next_command - &command) * self.sample_rate));
                     signals.set_row(SIGNALS * i + 2, &compensation);
                 }
                 Realization::Digital => {
