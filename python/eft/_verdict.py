@@ -55,7 +55,10 @@ class Remedy(NamedTuple):
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict on a test, the same in `run.verdict`, `eft check`, `eft run`, reports and exit codes."""
+    """The verdict on a test, the same in `run.verdict`, `eft run`, reports and exit codes.
+
+    `eft check` gives the worse of this one and that of `eft.check_feasibility`.
+    """
 
     grade: Grade
     """``"go"``; ``"caution"`` if a result needs attention; ``"no"`` if the test is not usable."""

@@ -280,7 +280,7 @@ def test_check_tries_the_remedies_and_finds_the_largest_scale(tmp_path, capsys):
     answer = json.loads(capsys.readouterr().out)
     assert code == (1 if answer["verdict"] == "no" else 0)
     verdict = eft.simulate(rig, eft.sine_sweep(8900.0, 0.5, 4.0, 4.0, 4096.0)).verdict
-    assert (answer["verdict"], answer["reasons"]) == (verdict.grade, list(verdict.reasons))
+    assert answer["verdict"] == verdict.grade and {*verdict.reasons} < {*answer["reasons"]}
     assert answer["remedies"]["compensation.adaptive"] is True
     assert answer["with_remedies"]["grade"] in ("go", "caution")
     # The loop is unstable for any factor.

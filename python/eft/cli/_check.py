@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import click
 import eft
 from eft._display import shown
 from eft._test_file import TestPlan
-from eft._verdict import Verdict
+from eft._verdict import Verdict, worst
 from eft.cli._check_many import check_many
 from eft.cli._output import FILE, as_json, emit_json, epilog, factor, progress, table, units_option
 from eft.cli._plan import command_options, memory_of, plan_of, plans_of
@@ -55,7 +55,7 @@ def check(
     from a linear model about rest, sampled at the rate of the command. Each margin changes one setting alone.
     If the controller calibrates itself or guards its level, the margins are those before it does so. The
     output names effects that the model does not contain, and keys without effect. Then the test runs on the
-    virtual rig. No file is written. The exit code is 1 if the answer is no.
+    virtual rig. The answer is the worse of both. No file is written. The exit code is 1 if the answer is no.
 
     TESTS is a test file. Without it, options such as --sweep or --record give the command. Several tests or
     ground motions give one table. --valves gives a table with a line for each valve. Exit code 1 then means
@@ -72,7 +72,7 @@ def check(
     found = asdict(eft.check_feasibility(plan.rig, plan.command))
     with progress("test") as update:
         run = eft.simulate(plan.rig, plan.command, progress=update)
-    outcome = run.verdict
+    outcome = _together(run.verdict, found)
     helped = _helped(plan, outcome) if try_remedies and outcome.remedies else None
     scale = eft.largest_scale(plan.rig, plan.command) if largest else None
     if as_json:
@@ -136,6 +136,14 @@ def _margins(plan: TestPlan) -> dict[str, Any]:
         if not (growth := _linear(plan).growth_rate) > 0.0:
             raise
         return {"growth_rate": growth}
+
+
+def _together(of_run: Verdict, found: dict[str, Any]) -> Verdict:
+    """The worse verdict of those on a test and before it, with the reasons of both."""
+    grade = worst((of_run.grade, found["verdict"]))
+    ordered = (of_run.reasons, found["reasons"])
+    first, then = ordered if of_run.grade == grade else ordered[::-1]
+    return replace(of_run, grade=grade, reasons=tuple(dict.fromkeys((*first, *then))))
 
 
 def _helped(plan: TestPlan, outcome: Verdict) -> Verdict:
