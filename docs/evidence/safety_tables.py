@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SOUND, SUPPLIES, YIELDING
+from safety_estimates import ESTIMATES, SOURCES
 from safety_laboratory import LABORATORY
 from safety_null import BIASES, NULL
 from safety_random_rigs import FAULTS as RIG_FAULTS
@@ -130,6 +131,29 @@ def _of_random_rigs() -> str:
     return "\n".join([*text, ""])
 
 
+def _of_estimates() -> str:
+    """The worst of three rigs for each fault and each estimate of the velocity."""
+    rows = read(ESTIMATES)
+    text = ["| sensor, fault | " + " | ".join(SOURCES) + " |", "| --- " * (1 + len(SOURCES)) + "|"]
+    for signal, kind in dict.fromkeys(
+        (row["signal"], row["kind"]) for row in rows if row["signal"] != "none"
+    ):
+        cells = []
+        for source in SOURCES:
+            of = [r for r in rows if (r["source"], r["signal"], r["kind"]) == (source, signal, kind)]
+            beyond, moments = (sum(int(row[key]) for row in of) for key in ("beyond", "moments"))
+            cells.append(f"{max(float(row['force']) for row in of):.1f}; {beyond} of {moments}")
+        text.append(f"| {signal} {kind} | " + " | ".join(cells) + " |")
+    alarms = sum(int(row["alarms"]) for row in rows)
+    sound = sum(int(row["moments"]) for row in rows if row["signal"] == "none")
+    text += [
+        "",
+        "A cell has the largest force over its trip level, and how often it exceeds 1.75. The tests before",
+        f"their fault, and {sound} tests without one, have {alarms} false alarms.",
+    ]
+    return "\n".join([*text, ""])
+
+
 def report(folder: Path) -> None:
     """The generated tables of the page."""
     head = "| sensor, fault | scheme | unnoticed | noticed after: median, worst | right sensor named "
@@ -167,6 +191,7 @@ def report(folder: Path) -> None:
     ]
     text += [f"level. The force exceeds 1.75 times the level in {beyond} of {tests} tests.", ""]
     write_text(folder / "safety_sizes.md", "\n".join(text))
+    write_text(folder / "safety_estimates.md", _of_estimates())
     text = [
         "| force with a measured load pressure | scheme | later than 20 ms | noticed after: median, worst "
     ]

@@ -10,18 +10,18 @@ use crate::results::keep;
 
 const RATE: f64 = 4096.0;
 /// Start of the first fault (s), and time after each (s).
-const START: f64 = 1.5;
+pub(crate) const START: f64 = 1.5;
 const AFTER: f64 = 0.7;
 const MOMENTS: usize = 8;
 
 /// A rig with its protection, and a sine near its structure's resonance.
-struct Bench {
-    name: &'static str,
-    rig: RigConfig,
-    force_trip: f64,
-    displacement_trip: f64,
+pub(crate) struct Bench {
+    pub(crate) name: &'static str,
+    pub(crate) rig: RigConfig,
+    pub(crate) force_trip: f64,
+    pub(crate) displacement_trip: f64,
     /// Of the sine (N, Hz).
-    sine: [f64; 2],
+    pub(crate) sine: [f64; 2],
     /// Duration of the sine (s).
     lasts: f64,
 }
@@ -53,13 +53,13 @@ impl Bench {
         Self { name, rig, force_trip, displacement_trip, sine, lasts }
     }
 
-    fn command(&self) -> Command {
+    pub(crate) fn command(&self) -> Command {
         let [amplitude, frequency] = self.sine;
         sine_sweep(amplitude, frequency, frequency, self.lasts, RATE).unwrap()
     }
 }
 
-fn benches() -> [Bench; 4] {
+pub(crate) fn benches() -> [Bench; 4] {
     let paper = RigConfig::zhao2005();
     let learns = [("compensation.adaptive", true), ("compensation.feedforward", true)];
     let adaptive = paper.replace(&learns.map(|(key, value)| (key, Value::from(value)))).unwrap();

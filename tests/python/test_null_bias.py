@@ -231,7 +231,7 @@ def test_the_check_knows_the_force_until_an_integral_part_has_found_the_null(
     check, metrics = eft.check_feasibility(rig, sweep), eft.simulate(rig, sweep).metrics()
     assert check.force_error == pytest.approx(metrics["nrmse"], rel=0.03)
     # Self-calibration has not ended in this time.
-    margin = {"abs": 5e-3} if "compensation.adaptive" in loop else {"rel": 0.05}
+    margin = {"abs": 6e-3} if "compensation.adaptive" in loop else {"rel": 0.05}
     assert check.displacement_error == pytest.approx(metrics["displacement_error"], **margin)
     assert check.left_out == ()
 

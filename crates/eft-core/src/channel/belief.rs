@@ -86,7 +86,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
             state.protection.shut_down_by(cause);
             state.protection.blind();
             believed.velocity = T::splat(f64::NAN);
-        } else if doubted(VELOCITY) {
+        } else if doubted(VELOCITY) || doubted(FORCE) && matches!(self.velocity, Velocity::Observer(..)) {
+            // An observer of displacement and force contains the wrong force.
             believed.velocity = state.plausibility.velocity();
         }
         if state.plausibility.force_jumped() {

@@ -1,7 +1,7 @@
 //! What takes the place of distrusted measurements, and which flags say so.
 
 use super::*;
-use crate::parameters::Levels;
+use crate::parameters::{Levels, VelocitySource};
 
 fn watched() -> Channel<f64, 21> {
     Channel::<f64, 21>::new(&Parameters { protection: WATCHED, ..RIG }).unwrap()
@@ -176,5 +176,41 @@ fn a_distrusted_force_or_displacement_counts_as_zero() {
         let sensor = if force > 0.0 { Cause::ForceImplausible } else { Cause::DisplacementImplausible };
         state.plausibility.distrust(sensor);
         assert!(!warns(&mut state), "{force} {displacement}");
+    }
+}
+
+/// A rig that estimates its velocity, in the middle of a swing.
+fn estimating(source: VelocitySource) -> (Channel<f64, 21>, ChannelState<f64>) {
+    let rig = Parameters { protection: WATCHED, velocity_source: source, ..RIG };
+    let channel = Channel::<f64, 21>::new(&rig).unwrap();
+    let mut state = channel.at_rest();
+    for tick in 0..60 {
+        channel.step(&mut state, &travelling(tick));
+    }
+    (channel, state)
+}
+
+/// A swing with the displacement (m) of its velocity, and the opening whose flow it needs.
+fn travelling(tick: u32) -> Input<f64> {
+    let swing = swing(tick);
+    let displacement = 0.2 / (0.01 * RIG.sample_rate) * (1.0 - libm::cos(0.01 * f64::from(tick)));
+    let spool = swing.velocity * RIG.piston_area / RIG.flow_gain;
+    Input { displacement, spool, velocity: 0.0, ..swing }
+}
+
+#[test]
+fn without_its_force_a_rig_that_estimates_its_velocity_follows_the_motion() {
+    let observer = VelocitySource::Observer { gains: [0.05, 5.0, 10.0], mass: 7040.0 };
+    for source in [VelocitySource::Derivative { corner: 80.0 }, observer] {
+        let (channel, mut state) = estimating(source);
+        state.protection.shut_down_by(Cause::ForceLost);
+        state.plausibility.distrust(Cause::ForceLost);
+        let voltage = |mut state: ChannelState<f64>, force: f64| {
+            let step = |n: u32| channel.step(&mut state, &Input { force, ..travelling(60 + n) }).voltage;
+            (0..40).map(step).last().unwrap()
+        };
+        // The valve stays open, and the distrusted force has no effect, not even through the observer.
+        assert!(voltage(state, 0.0) > 0.5, "{source:?}: {}", voltage(state, 0.0));
+        assert_eq!(voltage(state, 0.0), voltage(state, 500.0), "{source:?}");
     }
 }

@@ -95,6 +95,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let through = (passed - *before).abs();
         let hidden = if through < hidden { through } else { hidden };
         let tolerance = T::splat(FAST_FLOW) * flow_above + T::splat(OIL) * oil_above + fast_drift + hidden;
+        let seen = envelope(of_motion, self.decay, larger(moved.abs(), travelled.abs()));
         if self.senses_velocity {
             fast.add(self.period * residual_above, self.period * tolerance, fast_limit);
             let tolerance = T::splat(FAST_FLOW) * flow_above + fast_drift + T::splat(TURNED_NULL) * hidden;
@@ -104,7 +105,6 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             turned.below = T::splat(0.0);
 
             let off = moved - travelled;
-            let seen = envelope(of_motion, self.decay, larger(moved.abs(), travelled.abs()));
             let tolerance = T::splat(MOTION) * seen + motion_drift;
             let [motion_began, ratio_began] = &mut state.began;
             let change = [self.period * off, self.period * tolerance, motion_limit];
