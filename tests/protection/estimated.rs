@@ -52,15 +52,7 @@ fn faults_of_force_and_spool_without_a_velocity_sensor_stay_within_the_limits() 
             for kind in KINDS {
                 let rigs = starts.map(|start| sound.replace(&fault(signal, kind, start)).unwrap());
                 for (start, run) in starts.into_iter().zip(runs(&rigs, &command)) {
-                    let s = seen(&run, start);
-                    let found = [
-                        s.noticed.unwrap_or(f64::INFINITY),
-                        s.force / bench.force_trip,
-                        s.displacement / bench.displacement_trip,
-                    ];
-                    for (most, value) in worst.iter_mut().zip(found) {
-                        *most = most.max(value);
-                    }
+                    bench.worsen(&mut worst, &seen(&run, start));
                 }
             }
             let [noticed, force, displacement] = worst;
