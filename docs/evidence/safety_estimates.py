@@ -14,7 +14,7 @@ import coverage
 import numpy as np
 import safety
 from safety import KINDS, RATE
-from safety_sizes import LOOP, commands, protected
+from safety_sizes import LOOP, commands, noticed, protected, summary
 
 import eft
 
@@ -82,14 +82,13 @@ def estimates(moments: int) -> Iterator[dict[str, object]]:
                     end = begins[moment] + int(2.0 * RATE)
                     return rig.replace(changes), eft.Command(values[moment][:end], RATE)
 
-                times, alarms, forces, displacements = [], 0, [], []
-                for begin, run in zip(begins, safety.runs(rig_of, moments), strict=True):
-                    tripped = (run.status & eft.Status.TRIPPED) != 0
-                    times.append((tripped.argmax() - begin) / RATE if tripped.any() else np.inf)
-                    by_level = run.cause.name.endswith("LEVEL")
-                    alarms += bool(tripped.any()) and not by_level and (times[-1] < 0.0 or signal == "none")
-                    forces.append(safety.largest(run.force[begin:]) / force_level)
-                    displacements.append(safety.largest(run.displacement[begin:]) / displacement_level)
+                found = safety.runs(rig_of, moments)
+                alarms = sum(
+                    run.cause != eft.Cause.NONE
+                    and not run.cause.name.endswith("LEVEL")
+                    and (signal == "none" or noticed(run, begin) < 0.0)
+                    for run, begin in zip(found, begins, strict=True)
+                )
                 yield {
                     "size": size,
                     "source": source,
@@ -97,12 +96,7 @@ def estimates(moments: int) -> Iterator[dict[str, object]]:
                     "kind": kind,
                     "moments": moments,
                     "alarms": alarms,
-                    "unnoticed": int((np.array(times) > 0.6).sum()),
-                    "median": float(np.median(times)),
-                    "worst": float(np.max(times)),
-                    "force": max(forces),
-                    "beyond": int((np.array(forces) > 1.75).sum()),
-                    "displacement": max(displacements),
+                    **summary(found, begins, force_level, displacement_level),
                 }
 
 

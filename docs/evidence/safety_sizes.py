@@ -6,7 +6,7 @@ self-calibrating. It writes ``data/safety_sizes.csv``, from which `safety_tables
 """
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import coverage
@@ -62,6 +62,30 @@ def commands(known: eft.Rig) -> list[tuple[np.ndarray, float, float]]:
     return [(one, *time) for one, time in zip(values, times, strict=True)]
 
 
+def noticed(run: eft.TestRun, begin: int) -> float:
+    """Time (s) from a fault's first sample to the trip; negative if it tripped before."""
+    tripped = (run.status & eft.Status.TRIPPED) != 0
+    return float(tripped.argmax() - begin) / RATE if tripped.any() else np.inf
+
+
+def summary(
+    found: Sequence[eft.TestRun], begins: Sequence[int], force_level: float, displacement_level: float
+) -> dict[str, object]:
+    """Time to notice the faults, and the largest force and displacement over their levels."""
+    pairs = list(zip(found, begins, strict=True))
+    times = np.array([noticed(run, begin) for run, begin in pairs])
+    forces = np.array([safety.largest(run.force[begin:]) for run, begin in pairs]) / force_level
+    moved = max(safety.largest(run.displacement[begin:]) for run, begin in pairs)
+    return {
+        "unnoticed": int((times > 0.6).sum()),
+        "median": float(np.median(times)),
+        "worst": float(times.max()),
+        "force": float(forces.max()),
+        "beyond": int((forces > 1.75).sum()),
+        "displacement": moved / displacement_level,
+    }
+
+
 def sizes(moments: int) -> Iterator[dict[str, object]]:
     """One row per rig and fault: detection, and the largest force and displacement over their levels."""
     for size, known in coverage.RIGS.items():
@@ -87,23 +111,13 @@ def sizes(moments: int) -> Iterator[dict[str, object]]:
                     values[moment][:end], RATE
                 )
 
-            times, forces, displacements = [], [], []
-            for begin, run in zip(begins, safety.runs(rig_of, moments), strict=True):
-                tripped = (run.status & eft.Status.TRIPPED) != 0
-                times.append((tripped.argmax() - begin) / RATE if tripped.any() else np.inf)
-                forces.append(safety.largest(run.force[begin:]) / force_level)
-                displacements.append(safety.largest(run.displacement[begin:]) / displacement_level)
+            found = safety.runs(rig_of, moments)
             yield {
                 "size": size,
                 "signal": signal,
                 "kind": kind,
                 "moments": moments,
-                "unnoticed": int((np.array(times) > 0.6).sum()),
-                "median": float(np.median(times)),
-                "worst": float(np.max(times)),
-                "force": max(forces),
-                "beyond": int((np.array(forces) > 1.75).sum()),
-                "displacement": max(displacements),
+                **summary(found, begins, force_level, displacement_level),
             }
 
 
