@@ -21,6 +21,7 @@ fn estimating(bench: &Bench, source: &str) -> RigConfig {
         lag = 3.8e-3;
         changes.extend([
             ("sensors.displacement.noise", Value::from(3e-6)),
+            ("protection.displacement_noise", 3e-6.into()),
             ("sensors.displacement.bits", 20.into()),
         ]);
     }
@@ -38,7 +39,7 @@ fn estimating(bench: &Bench, source: &str) -> RigConfig {
 
 // SR-20
 #[test]
-fn faults_of_force_and_spool_without_a_velocity_sensor_stay_within_the_limits() {
+fn faults_without_a_velocity_sensor_stay_within_the_limits() {
     let [bench, ..] = benches();
     let command = bench.command();
     let [_, frequency] = bench.sine;
@@ -47,16 +48,21 @@ fn faults_of_force_and_spool_without_a_velocity_sensor_stay_within_the_limits() 
         let sound = estimating(&bench, source);
         let run = runs(std::slice::from_ref(&sound), &command).pop().unwrap();
         assert_eq!(seen(&run, 0.0).cause, Cause::None, "{source}");
-        for signal in ["force", "spool"] {
+        for signal in ["force", "displacement", "spool"] {
             let mut worst = [0.0_f64; 3];
             for kind in KINDS {
+                // A displacement of wrong sign agrees with its prediction near zero.
+                if (signal, kind) == ("displacement", "sign") {
+                    continue;
+                }
                 let rigs = starts.map(|start| sound.replace(&fault(signal, kind, start)).unwrap());
                 for (start, run) in starts.into_iter().zip(runs(&rigs, &command)) {
                     bench.worsen(&mut worst, &seen(&run, start));
                 }
             }
             let [noticed, force, displacement] = worst;
-            assert!(noticed < 0.6 && force < 2.25 && displacement < 1.0, "{source}, {signal}: {worst:?}");
+            let most = if signal == "displacement" { 3.0 } else { 2.25 };
+            assert!(noticed < 0.6 && force < most && displacement < 1.0, "{source}, {signal}: {worst:?}");
             keep(
                 format_args!("without a velocity sensor, {source}: {signal}"),
                 &[("noticed after", noticed), ("force over its level", force)],

@@ -17,6 +17,7 @@ mod estimated;
 mod matrix;
 mod oscillation;
 mod primed;
+mod second;
 mod sizes;
 use results::keep;
 

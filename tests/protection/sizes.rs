@@ -18,7 +18,7 @@ const MOMENTS: usize = 8;
 pub(crate) struct Bench {
     pub(crate) name: &'static str,
     pub(crate) rig: RigConfig,
-    force_trip: f64,
+    pub(crate) force_trip: f64,
     displacement_trip: f64,
     /// Of the sine (N, Hz).
     pub(crate) sine: [f64; 2],

@@ -208,7 +208,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             let faults = out.status & !status::STUCK_MEASUREMENT | state.in_use.flags | stuck;
             p.watch(&mut state.protection, faults);
             if parts.realization == Realization::Digital {
-                voltage = self.controller.closing(voltage, authority);
+                voltage = self.closing(state, voltage, authority);
             }
         }
         let mut window = None;

@@ -82,10 +82,15 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
         let estimated = !matches!(self.velocity, Velocity::Sensor);
         if doubted(DISPLACEMENT) && (doubted(VELOCITY) || estimated) {
-            // No motion signal is left, so the valve closes from its present opening.
-            state.protection.shut_down_by(cause);
-            state.protection.blind();
-            believed.velocity = T::splat(f64::NAN);
+            if doubted(FORCE) || doubted(SPOOL) {
+                // Nothing shows the motion any more, so the valve closes from its present opening.
+                state.protection.shut_down_by(cause);
+                state.protection.blind();
+                believed.velocity = T::splat(f64::NAN);
+            } else {
+                state.protection.follow_flow();
+                believed.velocity = state.plausibility.velocity_by_flow();
+            }
         } else if doubted(VELOCITY) || doubted(FORCE) && matches!(self.velocity, Velocity::Observer(..)) {
             // An observer of displacement and force contains the wrong force.
             believed.velocity = state.plausibility.velocity();
@@ -160,20 +165,42 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let rests = protected.open && watch.rests(&state.plausibility);
         let velocity = velocity * if rests { zero } else { protected.level };
         let velocity = if protected.open {
-            let calibration = state.calibration();
-            // Of the learned offset alone, because the watch subtracts the known one.
-            let nominal = self.controller.nominal();
-            let adds = calibration.null_signal != nominal.null_signal;
-            let added = if adds { calibration.null_offset - nominal.null_offset } else { zero };
-            velocity - watch.null_velocity(&state.plausibility, believed.spool, added)
+            let excess = state.plausibility.null_excess(self.added_null(state), protected.authority);
+            velocity - watch.velocity_of(excess, believed.spool)
         } else {
             velocity
         };
         let source = protected.status & (status::TRIPPED | status::SHUT_DOWN)
             | believed.status & status::VELOCITY_DISTRUSTED
             | u32::from(follows)
-            | u32::from(rests) << 1;
+            | u32::from(rests) << 1
+            | u32::from(state.protection.follows_flow()) << 2;
         watch.bridge(&mut state.plausibility, velocity, source)
+    }
+
+    /// The opening (1) beyond the known null that the calibration adds.
+    #[inline(always)]
+    fn added_null(&self, state: &ChannelState<T>) -> T {
+        let (calibration, nominal) = (state.calibration(), self.controller.nominal());
+        let adds = calibration.null_signal != nominal.null_signal;
+        if adds { calibration.null_offset - nominal.null_offset } else { T::splat(0.0) }
+    }
+
+    /// The voltage (V) with an authority (1) over the valve. Without authority the valve stands where it passes no flow, as
+    /// far as the plausibility watch has found this opening.
+    #[inline(always)]
+    pub(super) fn closing(&self, state: &ChannelState<T>, voltage: T, authority: T) -> T {
+        if !(authority < T::splat(1.0)) {
+            return voltage;
+        }
+        let beyond = match &self.plausibility {
+            Some(_) => {
+                let added = self.added_null(state);
+                added - state.plausibility.null_excess(added, authority)
+            }
+            None => T::splat(0.0),
+        };
+        self.controller.closing(voltage, authority, beyond)
     }
 
     /// Whether the velocity may be wrong although the force is blamed. If the displacement is blamed and the force then

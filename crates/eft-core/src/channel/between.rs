@@ -80,7 +80,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let digital = self.realization == Realization::Digital;
         Output {
             voltage: if digital {
-                self.controller.closing(out.valve_command, authority)
+                self.closing(state, out.valve_command, authority)
             } else {
                 out.valve_command
             },

@@ -160,9 +160,9 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         Calibration::of(self.lead, self.response_delay, self.null_bias)
     }
 
-    /// The compensation signal (V) that holds the valve at its known null.
-    pub(crate) fn known_null_signal(&self) -> S {
-        self.null_bias * self.lead.gain()
+    /// The compensation signal (V) that holds the valve at an opening (1) beyond its known null.
+    pub(crate) fn null_signal_beyond(&self, opening: S) -> S {
+        (self.null_bias + opening) * self.lead.gain()
     }
 
     /// The compensation signal (V) for the null of a calibration.
@@ -178,12 +178,6 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     /// The compensation signal (V) that the null of a calibration needs beyond [`null_signal`](Self::null_signal).
     pub(crate) fn missed_null_signal(&self, calibration: &Calibration<S>) -> S {
         self.null_opening(calibration) * self.lead.gain() - self.null_signal(calibration)
-    }
-
-    /// Whether any lane knows a null bias.
-    #[inline(always)]
-    pub(crate) fn knows_null(&self) -> bool {
-        self.null_bias.abs().gt(S::splat(0.0)).any()
     }
 
     /// The state of a rig that has long been at this operating point. The next [`step`](Self::step) with the same

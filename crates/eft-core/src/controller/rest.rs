@@ -109,14 +109,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
     }
 
-    /// A share (1) of a valve command (V), and for the rest the command of the known null: a closed valve.
+    /// A share (1) of a valve command (V), and for the rest the command of a closed valve: that of the known null and an
+    /// opening (1) beyond it.
     #[inline(always)]
-    pub(crate) fn closing(&self, valve_command: S, share: S) -> S {
-        let permitted = share * valve_command;
-        if !self.compensation.knows_null() {
-            return permitted;
-        }
-        let null_command = self.command_at_rest(self.compensation.known_null_signal(), S::splat(0.0));
-        permitted + (S::splat(1.0) - share) * null_command
+    pub(crate) fn closing(&self, valve_command: S, share: S, beyond: S) -> S {
+        let closed = self.command_at_rest(self.compensation.null_signal_beyond(beyond), S::splat(0.0));
+        share * valve_command + (S::splat(1.0) - share) * closed
     }
 }

@@ -20,7 +20,7 @@ mod valve;
 mod window;
 
 pub(crate) use configuration::{LOWEST_RATE, window_ticks};
-pub(crate) use flow_model::FlowModel;
+pub(crate) use flow_model::{FlowModel, ModelFlow};
 pub use learner::{Learner, LearnerState};
 pub use saved::{SavedCalibration, SavedCurve};
 pub use window::{Moment, Sums, Window};

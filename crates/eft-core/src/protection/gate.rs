@@ -147,10 +147,19 @@ impl<T: Real> SensorGate<T> {
         signal.is_stiller(self.chance)
     }
 
-    /// Largest jump of the force; friction changes its sign with the velocity.
+    /// Whether a reading stands still although its sensor was moving and has noise, as a stuck sensor's does.
     #[inline(always)]
-    pub(crate) fn jump_of_force(&self, jump: T, velocity: &Signal<T>) -> T {
-        if velocity.last.abs() < self.reversing { jump + self.friction } else { jump }
+    pub(crate) fn stands(&self, signal: &Signal<T>, still: T, reading: T) -> bool {
+        signal.seen
+            && signal.liveliness > T::splat(ALIVE)
+            && signal.slope.abs() > T::splat(MOVING) * still
+            && (reading - signal.last).abs() <= still
+    }
+
+    /// Largest jump of the force at a velocity (m/s); friction changes its sign with it.
+    #[inline(always)]
+    pub(crate) fn jump_of_force(&self, jump: T, velocity: T) -> T {
+        if velocity.abs() < self.reversing { jump + self.friction } else { jump }
     }
 }
 
@@ -159,6 +168,8 @@ impl<T: Real> SensorGate<T> {
 const OFF_A_LINE: f64 = 1.7320508;
 /// Share of readings off a line above which a sensor is alive.
 const ALIVE: f64 = 0.75;
+/// Slope per sample in units of a still change, five deviations of the noise, from which on a sensor does not stand.
+const MOVING: f64 = 50.0;
 /// Probability of a still reading: at least this value, and this factor times that of a reading on a line.
 const LEAST: f64 = 0.13;
 const MARGIN: f64 = 1.6;

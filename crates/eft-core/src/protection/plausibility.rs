@@ -14,7 +14,7 @@ mod tests;
 
 use crate::cause::Cause;
 use crate::integrity::integrity;
-use crate::learning::FlowModel;
+use crate::learning::{FlowModel, ModelFlow};
 use crate::number::Real;
 use crate::protection::gate::{SensorGate, Signal};
 use crate::signals::Input;
@@ -73,6 +73,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) late: T,
     /// Coefficient (1) of the low-pass of velocity and difference, before their ratio is compared.
     pub(super) fine: T,
+    /// The same of the velocity by the flow balance.
+    pub(super) moved: T,
     /// Reciprocal of the velocity (s/m) below which the direction has a smaller weight.
     pub(super) per_reversal: T,
     /// Share (1) of the step between two sources of the velocity that remains after a sample.
@@ -88,7 +90,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, moved, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
 
 /// The residuals, in the order of their arrays: flow, fast flow, motion, stroke, force's direction, motion's ratio,
 /// spool's direction.
@@ -145,13 +147,16 @@ pub(crate) struct PlausibilityState<T> {
     source: u32,
     /// The low-passed velocity (m/s) of the brake.
     braked: T,
+    /// The low-passed velocity (m/s) by the flow balance, and the last force (N) in it.
+    by_flow: T,
+    last_force: T,
     load_pressure: LoadPressureState<T>,
     /// Time (s) of the balanced samples, up to [`MEMORY`].
     age: T,
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias beyond the known.
     null: T,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, load_pressure, age, null);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, by_flow, last_force, load_pressure, age, null);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -170,12 +175,23 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     #[inline(always)]
     pub(crate) fn gate(&self, state: &mut PlausibilityState<T>, input: &Input<T>) -> Input<T> {
         let mut out = *input;
+        if !self.senses_velocity {
+            // Without a sensor the input may have anything.
+            out.velocity = T::splat(f64::NAN);
+        }
         let readings = [&mut out.force, &mut out.displacement, &mut out.velocity, &mut out.spool];
         let [of_force, far @ ..] = self.gate.jump;
-        let [_, _, velocity, _] = &state.signals;
-        let of_force = self.gate.jump_of_force(of_force, velocity);
-        let [first, second, third] = far;
-        let jumps = [of_force, first, second, third];
+        let [_, displacement, velocity, _] = &state.signals;
+        let speed = if self.senses_velocity { velocity.last } else { state.velocity };
+        let of_force = self.gate.jump_of_force(of_force, speed);
+        let [path, second, third] = far;
+        let [_, still, ..] = self.gate.still;
+        let [_, _, velocity_distrusted, _] = state.distrusted;
+        // An estimate of the velocity must not follow it to zero.
+        let estimates = !self.senses_velocity | velocity_distrusted;
+        let stands = estimates && self.gate.stands(displacement, still, input.displacement);
+        let path = if stands { T::splat(-1.0) } else { path };
+        let jumps = [of_force, path, second, third];
         let each = state.signals.iter_mut().zip(jumps).zip(self.gate.still).zip(readings);
         for (((signal, jump), still), reading) in each {
             *reading = self.gate.pass(signal, jump, still, *reading);
@@ -205,28 +221,34 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             follow(second, self.low, once);
         }
         self.pass_through_valve(state, known);
+        let valid = input.force.is_finite() & input.spool.is_finite();
+        let flow = valid.then(|| self.valve_flow(input, known));
+        if let Some(flow) = &flow {
+            self.move_by_flow(state, input.force, flow, known);
+        }
         let cause = self.lost(state);
         if cause != Cause::None {
             // A wrong velocity makes a true force jump as well.
             state.by_balance |= cause == Cause::ForceImplausible;
             return cause;
         }
-        let valid = input.force.is_finite() & input.spool.is_finite() & velocity.is_finite();
-        let [force, displacement, others @ ..] = state.distrusted;
-        let questioned = force | others.contains(&true);
-        if !(valid & input.displacement.is_finite()) | questioned {
-            state.goes_on = false;
-            self.learn_null_without_force(state, input, known);
-            return Cause::None;
-        }
-        self.sum_up(state, input, velocity, known);
-        if displacement {
-            // The evidence about the motion goes on, in case the velocity was wrong.
-            return Cause::None;
-        }
         let stuck = self.stuck(state, input, velocity, known.command);
         if stuck != Cause::None {
             return stuck;
+        }
+        let [force, displacement, others @ ..] = state.distrusted;
+        let questioned = force | others.contains(&true);
+        let (Some(flow), true, false) =
+            (flow, velocity.is_finite() & input.displacement.is_finite(), questioned)
+        else {
+            state.goes_on = false;
+            self.learn_null_without_force(state, input, known);
+            return Cause::None;
+        };
+        self.sum_up(state, input, velocity, &flow, known);
+        if displacement {
+            // The evidence about the motion goes on, in case the velocity was wrong.
+            return Cause::None;
         }
         let astray = (known.command - input.force).abs() > self.astray;
         let cause = self.contradiction(state, if astray { ASTRAY } else { 1.0 });
@@ -293,15 +315,12 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         share * force * (per_velocity * state.braked).limit(-one, one)
     }
 
-    /// The velocity (m/s) that the unknown null bias makes while the force loop is open, at this opening (1), apart from
-    /// the opening that the calibration adds for it.
+    /// The velocity (m/s) of the piston by an excess of the valve's opening (1), at this spool opening (1).
     #[inline(always)]
-    pub(crate) fn null_velocity(&self, state: &PlausibilityState<T>, spool: T, added: T) -> T {
+    pub(crate) fn velocity_of(&self, excess: T, spool: T) -> T {
         let opening = spool - self.null_bias;
         let slope = self.model.flow(opening, opening, T::splat(0.0), T::splat(1.0)).slope;
-        let left = state.null + added;
-        let sure = (left.abs() * T::splat(1.0 / DOUBT) - T::splat(1.0)).limit(T::splat(0.0), T::splat(1.0));
-        slope * (left * sure) / self.area
+        slope * excess / self.area
     }
 
     /// Whether the piston has hardly moved of late, so that there is no motion to follow.
@@ -309,6 +328,31 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     pub(crate) fn rests(&self, state: &PlausibilityState<T>) -> bool {
         let [.., of_motion, _] = state.envelopes;
         self.per_reversal * of_motion < T::splat(1.0)
+    }
+
+    /// The flow through the measured opening.
+    #[inline(always)]
+    fn valve_flow(&self, input: &Input<T>, known: &Known<T>) -> ModelFlow<T> {
+        let opened = input.spool - self.null_bias;
+        self.model.flow(opened, opened, input.force, known.supply)
+    }
+
+    /// Adds a tick to the velocity by the flow balance. The oil's flow belongs to it: without it the piston would seem to
+    /// follow the valve, and the compensation would follow itself.
+    #[inline(always)]
+    fn move_by_flow(
+        &self,
+        state: &mut PlausibilityState<T>,
+        force: T,
+        flow: &ModelFlow<T>,
+        known: &Known<T>,
+    ) {
+        // The force before the first sample is unknown.
+        let before = if state.age > T::splat(0.0) { state.last_force } else { force };
+        let oil = self.oil * self.rate * (force - before);
+        let passed = known.flow_gain * (flow.root * flow.at_no_load);
+        follow(&mut state.by_flow, self.moved, (passed - self.leakage * force - oil) / self.area);
+        state.last_force = force;
     }
 
     /// The opening that should follow from the valve command.
@@ -371,6 +415,19 @@ impl<T: Real> PlausibilityState<T> {
         force.lost > 0 && force.jumped
     }
 
+    /// The excess (1) of the valve's opening at its known null and the opening that a calibration adds. A small one may be
+    /// an error of the flow gain in a swing, and is zero. At an authority (1) of zero there is no swing, and if the mean
+    /// is still taken its error decays.
+    #[inline(always)]
+    pub(crate) fn null_excess(&self, added: T, authority: T) -> T {
+        let (zero, one) = (T::splat(0.0), T::splat(1.0));
+        let left = self.null + added;
+        let [_, others @ ..] = self.distrusted;
+        let doubt = if others.contains(&true) { one } else { authority };
+        let sure = (left.abs() * T::splat(1.0 / DOUBT) - one).limit(zero, one);
+        left * (one - doubt * (one - sure))
+    }
+
     /// Whether the force is blamed for a flow balance that contains the velocity as well, or for a jump.
     #[inline(always)]
     pub(crate) fn is_by_balance(&self) -> bool {
@@ -393,6 +450,12 @@ impl<T: Real> PlausibilityState<T> {
     #[inline(always)]
     pub(crate) fn velocity(&self) -> T {
         self.velocity
+    }
+
+    /// The velocity (m/s) by the flow balance.
+    #[inline(always)]
+    pub(crate) fn velocity_by_flow(&self) -> T {
+        self.by_flow
     }
 
     /// The spool opening (1) from the valve command.

@@ -29,6 +29,8 @@ pub struct ProtectionState<T> {
     pub(super) distrusted: bool,
     /// Whether no velocity is left to follow.
     pub(super) blind: bool,
+    /// Whether the motion is known from the flow balance alone.
+    pub(super) by_flow: bool,
     /// Force (N) that the brake takes from the command.
     pub(super) brake: T,
     pub(super) cause: Cause,
@@ -41,7 +43,7 @@ pub struct ProtectionState<T> {
     pub(super) timing: TimingState<T>,
     pub(super) oscillation: OscillationWatchState<T>,
 }
-integrity!(ProtectionState<T>: scale, shut, command, lost, unasked, refused, faulty, distrusted, blind, brake, cause, tripped, shut_down, settled, ending, timing, oscillation);
+integrity!(ProtectionState<T>: scale, shut, command, lost, unasked, refused, faulty, distrusted, blind, by_flow, brake, cause, tripped, shut_down, settled, ending, timing, oscillation);
 
 impl<T: Real> ProtectionState<T> {
     /// Trips on request, at the last command: for an emergency stop, or another actuator of the same specimen.
@@ -87,6 +89,18 @@ impl<T: Real> ProtectionState<T> {
     #[inline(always)]
     pub(crate) fn blind(&mut self) {
         self.blind = true;
+    }
+
+    /// Records that the motion is known from the flow balance alone.
+    #[inline(always)]
+    pub(crate) fn follow_flow(&mut self) {
+        self.by_flow = true;
+    }
+
+    /// Whether the motion is known from the flow balance alone.
+    #[inline(always)]
+    pub(crate) fn follows_flow(&self) -> bool {
+        self.by_flow
     }
 
     /// The first cause of a trip.

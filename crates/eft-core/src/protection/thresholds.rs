@@ -14,6 +14,8 @@ const CORNER: f64 = 80.0;
 const ABOVE: f64 = 15.0;
 /// Corner (Hz) below which the ratio of velocity and displacement is compared.
 const FINE: f64 = 15.0;
+/// Corner (Hz) of the velocity by the flow balance.
+const MOVED: f64 = 40.0;
 /// Frequency (Hz) of the fastest motion.
 const FASTEST: f64 = 10.0;
 /// Delay (s) between velocity and displacement: 1.5 ms of latency, and the lag of a sensor of 0.3 kHz.
@@ -69,6 +71,9 @@ const REVERSING: f64 = 0.05;
 /// Factor on the gate of the force. A single reading beyond the gate is only held, and `lost_samples` in a row trip.
 /// The gate may therefore be narrow.
 const HELD: f64 = 0.56;
+/// Share of its trip level by which a displacement may be off its prediction if the velocity is estimated from it. A wider
+/// jump would be a kick of the velocity.
+const NEAR: f64 = 0.004;
 /// Largest change of a still sensor's reading, as a share of the deviation of its noise.
 const STILL: f64 = 0.1;
 
@@ -144,8 +149,10 @@ macro_rules! constructor {
                 let motion = core::f64::consts::TAU * FASTEST / rate;
                 // A third more, for the noise of the prediction.
                 let noise = 1.33 * deviations;
+                let senses_velocity = matches!(p.velocity_source, VelocitySource::Sensor);
+                let path = if senses_velocity { swing } else { NEAR };
                 let far = if protection.displacement.trip < LARGEST {
-                    noise * displacement_noise + swing * displacement
+                    noise * displacement_noise + path * displacement
                 } else {
                     f32::MAX as f64
                 };
@@ -247,6 +254,7 @@ macro_rules! constructor {
                     ],
                     late: LATE as $t,
                     fine: fine as $t,
+                    moved: share(MOVED, rate) as $t,
                     per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
                     fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
                     brake: [braking as $t, (1.0 / (BRAKED * velocity)) as $t],

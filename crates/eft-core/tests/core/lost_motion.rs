@@ -7,7 +7,7 @@ use eft_core::{
 use crate::rig;
 
 #[test]
-fn without_a_signal_of_the_motion_the_valve_closes_at_once() {
+fn without_motion_and_flow_the_valve_closes_at_once() {
     let plausibility = Some(PlausibilityParameters::DEFAULT);
     let protection = ProtectionParameters { plausibility, ..ProtectionParameters::DEFAULT };
     let waits = protection.lost_samples;
@@ -19,7 +19,8 @@ fn without_a_signal_of_the_motion_the_valve_closes_at_once() {
         let p = Parameters { velocity_source, protection: Some(protection), ..rig::PARAMETERS };
         let channel = Channel::<f64, 21>::new(&p).unwrap();
         let mut state = channel.at_rest();
-        for tick in 0..2000 + waits + closing {
+        let (stops, closes) = (2000 + waits, 3000 + waits);
+        for tick in 0..closes + closing {
             let mut i = rest;
             if tick >= 1000 {
                 i.velocity = f64::NAN;
@@ -27,13 +28,19 @@ fn without_a_signal_of_the_motion_the_valve_closes_at_once() {
             if tick >= 2000 {
                 i.displacement = f64::NAN;
             }
+            if tick >= 3000 {
+                i.spool = f64::NAN;
+            }
             let out = rig::tick(&channel, &mut state, &i);
-            let shut_down = out.status & status::SHUT_DOWN != 0;
-            assert_eq!(shut_down, tick >= 2000 + waits, "{velocity_source:?}: tick {tick}");
-            if tick < 2000 + waits {
+            let is = |flag: u32| out.status & flag != 0;
+            let by_sensor = velocity_source == VelocitySource::Sensor && tick >= 1000 + waits;
+            assert_eq!(is(status::TRIPPED), by_sensor || tick >= stops, "{velocity_source:?}: tick {tick}");
+            // The flow balance shows the motion until the spool is lost as well.
+            assert_eq!(is(status::SHUT_DOWN), tick >= closes, "{velocity_source:?}: tick {tick}");
+            if tick < closes {
                 assert_eq!(out.authority, 1.0, "{velocity_source:?}: tick {tick}");
             }
-            if tick == 2000 + waits + closing - 1 {
+            if tick == closes + closing - 1 {
                 assert_eq!(out.authority, 0.0, "{velocity_source:?}");
             }
         }

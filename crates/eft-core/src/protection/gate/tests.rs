@@ -35,6 +35,23 @@ fn a_spike_is_lost_and_a_step_stays_lost() {
     assert_eq!((signal.lost, signal.jumped), (20, true));
 }
 
+#[test]
+fn a_reading_stands_if_a_lively_sensor_that_moved_does_not_any_more() {
+    let gate = gate();
+    let moving = Signal { last: 2.0, slope: 0.51, liveliness: 0.8, seen: true, ..Signal::default() };
+    let stands = |signal: Signal<f64>, reading: f64| gate.stands(&signal, 0.01, reading);
+    assert!(stands(moving, 2.0) && stands(moving, 2.009) && stands(Signal { slope: -0.51, ..moving }, 1.991));
+    assert!(!stands(moving, 2.011) && !stands(moving, f64::NAN));
+    // Slow, without noise, or not seen before.
+    for other in [
+        Signal { slope: 0.49, ..moving },
+        Signal { liveliness: 0.7, ..moving },
+        Signal { seen: false, ..moving },
+    ] {
+        assert!(!stands(other, 2.0), "{other:?}");
+    }
+}
+
 /// Of a ramp that crosses zero at reading 100, with other readings within some: the first refused reading, the number of
 /// refused ones, and of those in a row at the end.
 fn refused(slope: f64, other: impl Fn(i32, f64) -> f64) -> (Option<i32>, usize, u32) {
@@ -122,7 +139,7 @@ fn a_reading_that_rests_without_noise_or_on_a_coarse_converter_is_sound() {
 #[test]
 fn friction_changes_the_force_at_a_reversal() {
     let gate = SensorGate { friction: 5.0, reversing: 0.1, ..gate() };
-    let at = |velocity: f64| gate.jump_of_force(1.0, &Signal { last: velocity, ..Signal::default() });
+    let at = |velocity: f64| gate.jump_of_force(1.0, velocity);
     assert!((at(0.05) - 6.0).abs() < 1e-12 && (at(-0.2) - 1.0).abs() < 1e-12);
 }
 
@@ -266,6 +283,6 @@ fn a_quiet_signal_is_still_or_repeats() {
 fn friction_counts_below_its_velocity() {
     let gate = SensorGate { friction: 5.0, reversing: 0.5, ..gate() };
     for (last, jump) in [(0.499, 6.0), (-0.499, 6.0), (0.5, 1.0), (-0.5, 1.0)] {
-        near("jump", gate.jump_of_force(1.0, &Signal { last, ..signal() }), jump);
+        near("jump", gate.jump_of_force(1.0, last), jump);
     }
 }

@@ -62,17 +62,24 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let foreseen = T::from_u32(speed.repeats) * self.period * velocity;
         let [of_force, of_displacement, of_velocity, of_spool] =
             state.signals.each_ref().map(|signal| self.gate.is_still(signal));
-        if of_force {
+        let [force_distrusted, displacement_distrusted, velocity_distrusted, spool_distrusted] =
+            state.distrusted;
+        let (trusts_force, measures_velocity) =
+            (!force_distrusted, self.senses_velocity & !velocity_distrusted);
+        if of_force & trusts_force {
             Cause::ForceImplausible
-        } else if of_velocity & self.senses_velocity {
+        } else if of_velocity & measures_velocity {
             Cause::VelocityImplausible
-        } else if of_spool {
+        } else if of_spool & !spool_distrusted {
             Cause::SpoolImplausible
-        } else if of_displacement {
+        } else if of_displacement & !displacement_distrusted {
             Cause::DisplacementImplausible
-        } else if force.repeats >= self.repeats && (command - *command_then).abs() > force_evidence {
+        } else if trusts_force
+            && force.repeats >= self.repeats
+            && (command - *command_then).abs() > force_evidence
+        {
             Cause::ForceImplausible
-        } else if self.senses_velocity
+        } else if measures_velocity
             && speed.repeats >= self.repeats
             && (travelled - foreseen).abs() > motion_evidence
         {

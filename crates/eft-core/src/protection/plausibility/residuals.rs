@@ -1,5 +1,6 @@
 //! The residuals of the balances, and their sums.
 
+use crate::learning::ModelFlow;
 use crate::number::Real;
 use crate::protection::plausibility::sums::{envelope, follow, rest};
 use crate::protection::plausibility::{
@@ -35,12 +36,12 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         state: &mut PlausibilityState<T>,
         input: &Input<T>,
         velocity: T,
+        model: &ModelFlow<T>,
         known: &Known<T>,
     ) {
         let half = T::splat(0.5);
         let [valve_low, piston_low, force_low, velocity_low, displacement_low] = &mut state.lows;
         let opened = input.spool - self.null_bias;
-        let model = self.model.flow(opened, opened, input.force, known.supply);
         let flow = known.flow_gain * (model.root * model.at_no_load);
         // The means over the tick, as for the differences of force and displacement.
         let passed = follow(valve_low, self.low, half * (flow + state.flow));

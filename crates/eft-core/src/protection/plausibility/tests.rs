@@ -126,7 +126,7 @@ fn walk(drift: impl Fn(f64) -> f64) -> f64 {
         let displacement = -2e-3 / rate * libm::cos(rate * time) + noise.displacement_noise * deviation();
         let velocity = 1.036 * 2e-3 * libm::sin(rate * time) + noise.velocity_noise * deviation();
         let input = Input { force: 0.0, displacement, velocity, spool: 0.0, ..Input::default() };
-        watch.sum_up(&mut state, &input, velocity, &known);
+        watch.sum_up(&mut state, &input, velocity, &watch.valve_flow(&input, &known), &known);
         largest = f64::max(largest, state.sums[RATIO].size() / watch.limit[RATIO]);
     }
     largest

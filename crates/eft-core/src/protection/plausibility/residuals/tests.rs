@@ -108,7 +108,7 @@ fn first(force: f64, spool: f64, senses_velocity: bool) -> [[f64; 2]; 7] {
     let none = f64::NAN;
     let known = Known { command: 0.0, valve_command: none, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0 };
     let input = Input { command: 0.0, force, displacement: 0.0, velocity: 0.0, spool, ..Input::default() };
-    watch.sum_up(&mut state, &input, 0.0, &known);
+    watch.sum_up(&mut state, &input, 0.0, &watch.valve_flow(&input, &known), &known);
     state.sums.map(|sum| [sum.above, sum.below])
 }
 
@@ -152,7 +152,7 @@ fn an_opening_near_null_counts_whole_and_fades_with_the_high_pass() {
     let known = Known { command: 0.0, valve_command: none, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0 };
     let mut near_null = |spool: f64| {
         let input = Input { command: 0.0, force: 0.0, displacement: 0.0, spool, ..Input::default() };
-        watch.sum_up(&mut state, &input, 0.0, &known);
+        watch.sum_up(&mut state, &input, 0.0, &watch.valve_flow(&input, &known), &known);
         state.near_null
     };
     near("within 3 %", near_null(-0.029), 1.0);

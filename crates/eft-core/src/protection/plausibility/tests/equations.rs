@@ -27,6 +27,7 @@ fn round() -> Plausibility<f64, 21> {
         limit: [90.0, 91.0, 92.0, 93.0, 94.0, 95.0, 96.0],
         late: 0.003,
         fine: 0.375,
+        moved: 0.3,
         per_reversal: 0.7,
         null_drift: 0.05,
         senses_velocity: true,
@@ -66,8 +67,17 @@ fn known() -> Known<f64> {
     Known { command: 0.0, valve_command: 1.0, flow_gain: 1.2, valve_gain: 1.0, supply: 0.9 }
 }
 
+fn sum(
+    watch: &Plausibility<f64, 21>,
+    state: &mut PlausibilityState<f64>,
+    input: &Input<f64>,
+    known: &Known<f64>,
+) {
+    watch.sum_up(state, input, VELOCITY, &watch.valve_flow(input, known), known);
+}
+
 fn summed(watch: &Plausibility<f64, 21>, mut state: PlausibilityState<f64>) -> PlausibilityState<f64> {
-    watch.sum_up(&mut state, &input(), VELOCITY, &known());
+    sum(watch, &mut state, &input(), &known());
     state
 }
 
@@ -202,15 +212,51 @@ fn without_the_force_the_null_bias_is_learned_from_piston_and_spool() {
 }
 
 #[test]
-fn an_open_loop_subtracts_the_velocity_by_the_null_bias() {
+fn an_excess_of_the_opening_moves_the_piston_by_the_slope_of_the_flow() {
     let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
     let slope = (table.flow(0.201) - table.flow(SPOOL)) / 1e-3;
-    // Nothing of 0.003 and all of 0.006 counts. The area is 2 m².
-    for (added, left) in
-        [(0.0, 0.01), (-0.004, 0.006), (-0.006, 0.004 / 3.0), (-0.008, 0.0), (-0.0145, -0.0045 / 2.0)]
-    {
-        let found = round().null_velocity(&before(), SPOOL, added);
-        assert!((found - 0.5 * slope * left).abs() < 1e-12, "{found}");
+    // The area is 2 m².
+    let found = round().velocity_of(0.006, SPOOL);
+    assert!((found - 0.5 * slope * 0.006).abs() < 1e-12, "{found}");
+}
+
+#[test]
+fn a_small_excess_at_null_counts_when_the_valve_has_closed() {
+    // Nothing of 0.003 and all of 0.006 counts while the loop swings.
+    for (added, left, swinging) in [
+        (0.0, 0.01, 0.01),
+        (-0.004, 0.006, 0.006),
+        (-0.006, 0.004, 0.004 / 3.0),
+        (-0.008, 0.002, 0.0),
+        (-0.0145, -0.0045, -0.0045 / 2.0),
+    ] {
+        for (distrusts, learns) in
+            [([true, false, false, false], true), ([false; 4], true), ([true, true, false, false], false)]
+        {
+            let state = PlausibilityState { distrusted: distrusts, ..before() };
+            let near = |authority: f64, expected: f64| {
+                let found = state.null_excess(added, authority);
+                assert!((found - expected).abs() < 1e-15, "{added} {authority}: {found}");
+            };
+            near(1.0, swinging);
+            near(0.0, if learns { left } else { swinging });
+            near(0.25, if learns { 0.75 * left + 0.25 * swinging } else { swinging });
+        }
+    }
+}
+
+#[test]
+fn the_velocity_by_the_flow_balance_contains_leakage_and_oil() {
+    let (watch, known) = (round(), known());
+    for (age, before_force) in [(0.0, FORCE), (1.0, 3.0)] {
+        let mut state = PlausibilityState { age, last_force: 3.0, by_flow: 0.02, ..before() };
+        let flow = watch.valve_flow(&input(), &known);
+        watch.move_by_flow(&mut state, FORCE, &flow, &known);
+        let passed = 1.2 * (flow.root * flow.at_no_load);
+        let oil = watch.oil * watch.rate * (FORCE - before_force);
+        let velocity = (passed - watch.leakage * FORCE - oil) / 2.0;
+        near("velocity", state.velocity_by_flow(), 0.02 + watch.moved * (velocity - 0.02));
+        near("force", state.last_force, FORCE);
     }
 }
 
@@ -231,7 +277,7 @@ fn only_near_null_an_overlap_hides_flow() {
     {
         let (watch, mut state) = (round(), before());
         state.near_null = near_null;
-        watch.sum_up(&mut state, &Input { spool, ..input() }, VELOCITY, &known());
+        sum(&watch, &mut state, &Input { spool, ..input() }, &known());
         near("nearness", 1.0 + state.near_null, 1.0 + share);
     }
     // An overlap hides no more than the flow that changes.
@@ -329,7 +375,7 @@ fn the_spool_may_differ_from_its_command_by_three_tenths() {
     added("stroke", &state.sums[STROKE], spool - asked, 0.3 * seen + 0.019);
     // Without a valve command there is nothing to compare.
     let mut state = before();
-    round().sum_up(&mut state, &input(), VELOCITY, &Known { valve_command: f64::NAN, ..known() });
+    sum(&round(), &mut state, &input(), &Known { valve_command: f64::NAN, ..known() });
     assert_eq!((state.sums[STROKE], state.valve), (before().sums[STROKE], before().valve));
 }
 
