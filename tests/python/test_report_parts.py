@@ -148,6 +148,17 @@ def test_a_study_ranks_its_settings_and_has_verdicts(tmp_path):
     assert "<th>verdict</th>" in text
 
 
+def test_a_study_ranks_a_setting_that_is_a_list(tmp_path):
+    flows = RIG["servovalve.flow_table.flows"]
+    settings = {"servovalve.flow_table.flows": [flows, [1.1 * flow for flow in flows]],
+                "compensation.level": [0.9, 1.0]}  # fmt: skip
+    study = eft.study(RIG, eft.sine_sweep(8900.0, 0.5, 4.0, 1.0, 1024.0), settings)
+    told = {name: value for name, value, _ in ranking(study)}["servovalve.flow_table.flows"]
+    assert 0.0 < told <= 1.0
+    text = checked(write_study_report(study, tmp_path / "s.html"))
+    assert f"<td>servovalve.flow_table.flows</td><td>{told:.2f}</td>" in text
+
+
 def test_ranks_of_equal_values_are_shared():
     stats = pytest.importorskip("scipy.stats")
     rng = np.random.default_rng(4)

@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 def ranking(study: Study, metric: str = "nrmse") -> list[tuple[str, float, int]]:
     """Setting, rank correlation of its values with the metric, and number of tests; the strongest first.
 
-    For numbers it is Spearman's, from -1 to 1. For words and switches it is the correlation ratio of the
-    ranks, from 0 to 1. Only completed tests count.
+    For numbers it is Spearman's, from -1 to 1. For words, switches and lists it is the correlation ratio of
+    the ranks, from 0 to 1. Only completed tests count.
     """
     completed = (study["status"] == "completed") & np.isfinite(study[metric])
     error = study[metric][completed]
@@ -26,6 +26,8 @@ def ranking(study: Study, metric: str = "nrmse") -> list[tuple[str, float, int]]
     found = []
     for name in study.parameters:
         values = study[name][completed]
+        if kinds[name] == "list":
+            values = np.array([str(value) for value in values])
         if len(set(values.tolist())) < 2:
             continue
         numbers = kinds[name] in ("float", "int")

@@ -149,13 +149,13 @@ def _ranking(study: Study) -> list[str]:
     found = ranking(study)
     if not found:
         return ["<p>Too few completed tests for a ranking of the settings.</p>"]
-    words = {column.name for column in study.columns if column.type in ("str", "bool")}
+    words = {column.name for column in study.columns if column.type in ("str", "bool", "list")}
     rows = [
         [name, f"{told:.2f}" if name in words else f"{told:+.2f}", str(tests)] for name, told, tests in found
     ]
     note = (
         "Rank correlation of each setting with the force error of the completed tests, from -1 to 1. "
-        "For words and switches it has no sign."
+        "For words, switches and lists it has no sign."
     )
     return [html_table(["setting", "rank correlation", "tests"], rows), f'<p class="note">{note}</p>']
 
