@@ -128,24 +128,37 @@ def test_compare_of_a_run_with_itself_is_zero(capsys):
         assert signal["nrmse"] == 0.0 and signal["peak_error"] == 0.0, signal["quantity"]
 
 
-def test_an_interrupted_run_keeps_its_samples_bit_for_bit(folder, monkeypatch, capsys):
+@pytest.fixture
+def interrupted(monkeypatch):
+    """Ctrl-C after 1500 samples of the next test; the lengths of all tests."""
     simulate, calls = eft.simulate, []
 
-    def interrupted(rig, command, dtype, progress=None):
+    def stopped(rig, command, dtype, progress=None):
         calls.append(len(command))
         if progress:
             progress(1500, len(command))
             raise KeyboardInterrupt
         return simulate(rig, command, dtype)
 
-    monkeypatch.setattr(eft, "simulate", interrupted)
+    monkeypatch.setattr(eft, "simulate", stopped)
+    return calls
+
+
+def test_an_interrupted_run_keeps_its_samples_bit_for_bit(folder, interrupted, monkeypatch, capsys):
     assert main(["run", *SWEEP]) == 130
     monkeypatch.undo()
-    whole = simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0))
+    whole = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0))
     kept = eft.TestRun.load(folder / "run.eft")
-    assert calls == [4096, 1500]
+    assert interrupted == [4096, 1500]
     assert (kept.force == whole.force[:1500]).all()
     assert "interrupted" in capsys.readouterr().err
+
+
+def test_an_interrupted_run_of_a_building_keeps_its_samples(folder, interrupted):
+    assert main(["run", "--record", "elcentro", "--scale", "0.3", *BUILDING]) == 130
+    kept = eft.TestRun.load(folder / "run.eft")
+    assert interrupted[1:] == [1500] and kept.force.shape == (2, 1500)
+    assert kept.scale == 0.3
 
 
 def test_a_rig_that_leaves_its_stroke_ends_with_exit_code_1(capsys):

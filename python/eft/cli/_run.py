@@ -173,8 +173,7 @@ def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:
             raise
         # The repeated samples have the same bits, because later commands do not affect them.
         click.echo("interrupted: writing the finished part; a second interrupt exits without it", err=True)
-        part = eft.Command(plan.command.values[:done], plan.command.sample_rate)
-        return eft.simulate(plan.rig, part, dtype), True
+        return eft.simulate(plan.rig, plan.command[:done], dtype), True
 
 
 def describe(result: eft.TestRun) -> dict[str, Any]:
