@@ -184,7 +184,8 @@ def make_command(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Co
     try:
         return kind.make(section, rig, folder)
     except ValueError as error:
-        raise ValueError(f"command: {error}") from None
+        said = str(error)
+        raise ValueError(said if said.startswith("command.") else f"command: {said}") from None
 
 
 def _check(key: str, value: object, wanted: type) -> None:
@@ -204,6 +205,10 @@ def _sample_rate(section: Mapping[str, Any], rig: Rig) -> float:
 
 
 def _sweep(section: Mapping[str, Any], rig: Rig, _folder: Path) -> tuple[Command, str]:
+    if rig["structure.kind"] == "shear_building":
+        raise ValueError(
+            "command.kind = sweep: has one actuator; must be record or drive for a shear building"
+        )
     numbers = {key: float(section[key]) for key in ("amplitude", "f_start", "f_end", "duration")}
     command = sine_sweep(**numbers, sample_rate=_sample_rate(section, rig))
     about = (

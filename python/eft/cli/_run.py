@@ -90,7 +90,7 @@ def run(
     """
     plan = plan_of(test, rig, changes, command)
     target = output or (test.with_suffix(".eft") if test else Path("run.eft"))
-    check_output(target)
+    check_output(target, building=plan.command.values.ndim > 1)
     if corrected is not None:
         check_save_rig(corrected, plan, (test, target))
     if calibration is not None:

@@ -41,7 +41,7 @@ def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
     OSError
         If the file cannot be written.
     ValueError
-        If the suffix is not one of these.
+        If the suffix is not one of these, or if a run of several actuators is to have one of another program.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
     'time (s)'
     """
     target = Path(path)
-    check_output(target)
+    check_output(target, building=run.command.ndim > 1)
     if (write := _WRITERS[target.suffix.lower()]) is None:
         return run.save(target)
     with atomic_write(target) as temporary:
@@ -63,17 +63,24 @@ def write_run(run: TestRun, path: str | PathLike[str]) -> Path:
     return target
 
 
-def check_output(path: Path) -> None:
+def check_output(path: Path, *, building: bool = False) -> None:
     """Raise before the work the errors that would occur after it.
 
     Raises
     ------
     ValueError
-        If the suffix is not allowed. OSError If the folder does not exist.
+        If the suffix is not allowed, for the test of a building or at all.
+    OSError
+        If the folder does not exist.
     """
     if path.suffix.lower() not in _WRITERS:
         suffixes = ", ".join(_WRITERS)
         raise ValueError(f"{path}: cannot write `{path.suffix}`; the suffix must be one of {suffixes}")
+    if building and foreign_suffix(path):
+        raise ValueError(
+            f"{path}: `{path.suffix}` has one actuator; the suffix for a building must be .eft or .npz, and "
+            "`eft.traces.write_run(run.actuator(i), path)` writes floor i"
+        )
     check_folder(path)
 
 

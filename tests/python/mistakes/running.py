@@ -61,6 +61,16 @@ WRONG = {
         {},
         ["next.toml", "each floor finds its own", "run.actuator(i)"],
     ),
+    "table of a building": (
+        [*RECORD, "elcentro", *BUILDING, "-o", "run.csv"],
+        {},
+        ["run.csv", "must be .eft or .npz", "run.actuator(i)"],
+    ),
+    "sweep for a building": (
+        [*SWEEP, *BUILDING],
+        {},
+        ["command.kind", "sweep", "one actuator", "record or drive"],
+    ),
     "negative amplitude": (["run", "--sweep", "nan", "0", "10", "1"], {}, ["amplitude", "nan", "finite"]),
     "above half the rate": (["run", "--sweep", "1", "0", "4000", "1"], {}, ["f_end", "4000"]),
     "no duration": (["run", "--sweep", "1", "0", "10", "0"], {}, ["duration", "0"]),
