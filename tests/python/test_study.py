@@ -63,6 +63,23 @@ def test_several_commands_and_their_scale_are_axes_too():
     assert by_scale["nrmse"] == by_name["nrmse"] != study.row(0)["nrmse"]
 
 
+def test_a_scaled_command_keeps_its_ground_motion():
+    record = eft.Record(np.sin(np.arange(100) / 8), 0.02, "tone")
+    command = eft.effective_force(record, mass=6000.0, sample_rate=1024.0)
+    study = eft.study(RIG, command, {"command.scale": [1.0, 0.5]}, traces=True)
+    # The rig's structure has another mass, of which the verdict warns.
+    assert study["verdict"].tolist() == ["caution", "caution"]
+    run = study.run(1)
+    assert (run.record, run.scale, run.mass) == ("tone", 0.5, 6000.0)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_scale_that_is_no_number_is_refused_by_its_name():
+    study = eft.study(RIG, COMMAND, {"command.scale": [math.inf, math.nan, 1.0]})
+    assert study["status"].tolist() == ["refused", "refused", "completed"]
+    assert study["error"][0] == "command.scale = inf: must be finite"
+
+
 def test_a_list_fills_in_what_a_combination_does_not_name():
     study = eft.study(RIG, COMMAND, [{"structure.damping": 5000}, {"compensation.level": np.float64(0.9)}])
     assert list(study["structure.damping"]) == [5000.0, RIG["structure.damping"]]
@@ -143,6 +160,8 @@ MANY = {f"sensors.{signal}.bits": range(1, 33) for signal in SIGNALS} | {"struct
         ([{"controller.sample_rate": 2048.0}], ["controller.sample_rate", "the sample rate of its command"]),
         ({"compensation.mode": [1]}, ["compensation.mode", "string"]),
         ({"sensors.seed": [1.5]}, ["sensors.seed", "1.5", "whole number"]),
+        ({"sensors.seed": [0, 2**63]}, ["sensors.seed'][1] = 9223372036854775808", "64 bits"]),
+        ({"structure.mass": [10**400]}, ["structure.mass", "64 bits"]),
         ({3: [1.0]}, ["3", "string"]),
         ([], ["empty"]),
         ([1], ["parameters[0] = 1", "mapping"]),

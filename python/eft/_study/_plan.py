@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -123,4 +124,8 @@ def configuration_hash(description: Mapping[str, Any]) -> str:
 def scaled(command: Command, changes: Changes) -> Command:
     """The command of a test: scaled if the test says so."""
     factor = changes.get(SCALE)
-    return command if factor in (None, 1.0) else Command(command.values * factor, command.sample_rate)
+    if not isinstance(factor, float) or factor == 1.0:
+        return command
+    if not math.isfinite(factor):
+        raise ValueError(f"{SCALE} = {factor}: must be finite")
+    return command * factor

@@ -101,6 +101,8 @@ def plain(name: str, value: Any, kind: Kind) -> Value:
     fits, allowed = _TYPES[kind.type]
     if not fits(value):
         raise ValueError(f"{name} = {value!r}: {allowed}")
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError(f"{name} = {value}: must fit 64 bits")
     if kind.type == "float":
         return float(value)
     return [float(item) for item in value] if kind.type == "list" else value
