@@ -8,6 +8,8 @@ from types import FrameType
 
 def main() -> int:
     """Load the package and run its command line; returns the exit code."""
+    # A process without standard error has None there, on which a progress bar fails.
+    sys.stderr = sys.stderr or os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
     # A job in a shell's background ignores interrupts, and goes on doing so.
     heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if heeded:

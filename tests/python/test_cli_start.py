@@ -51,6 +51,14 @@ def test_an_interrupt_while_the_package_loads_is_one_line(tmp_path):
     assert process.returncode == 130
 
 
+@pytest.mark.skipif(os.name != "posix", reason="closes a stream in a shell")
+@pytest.mark.parametrize("closed", ["2>&-", ">&-", ">&- 2>&-"])
+def test_a_closed_stream_does_not_change_the_answer(closed, tmp_path):
+    words = f"{sys.executable} -c '{SCRIPT}' run --sweep 1000 0.5 5 1 {closed}"
+    assert subprocess.run(["sh", "-c", words], cwd=tmp_path).returncode == 0
+    assert (tmp_path / "run.eft").exists()
+
+
 # Friction needs very short steps, so only few samples are simulated and written.
 SLOW = ["--set", "actuator.friction=2000", "--set", "actuator.friction_velocity=1e-5"]
 SWEEP = ["--sweep", "8900", "0.5", "10"]
