@@ -1,5 +1,6 @@
 """The benchmark: every controller gets a row, a failing one does not end it, equal seeds give equal rows."""
 
+import json
 import math
 import sys
 import tomllib
@@ -265,3 +266,12 @@ def test_loop_shaping_agrees_with_independent_solutions(changes):
         assert (np.abs(closed.poles()).max() < 1.0) == stable
     # The controller is at γ = 1.1/e_max, and reaches that margin.
     assert loop.margins.e_max >= e_max / 1.1 * (1.0 - 1e-6)
+
+
+def test_the_command_lists_controllers_and_rigs_for_scripts_too(capsys):
+    assert main(["benchmark", "--list", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["controllers"]["pd"] == "PD alone" and told["rigs"] == list(CASES)
+    assert main(["benchmark", "--list"]) == 0
+    shown = capsys.readouterr().out
+    assert all(word in shown for word in (*told["controllers"], *told["rigs"]))

@@ -73,9 +73,13 @@ def benchmark(
     the controller fails, becomes unstable or leaves the stroke. It counts as an infinite error.
     """
     if listed:
-        rows = [(name, one.title) for name, one in eft.benchmark.COMPETITORS.items()]
-        click.echo("\n".join(f"{name:22}{title}" for name, title in rows))
-        click.echo("\n" + "\n".join(case.name for case in eft.benchmark.named_cases()))
+        titles = {name: one.title for name, one in eft.benchmark.COMPETITORS.items()}
+        cases = [case.name for case in eft.benchmark.named_cases()]
+        if as_json:
+            emit_json({"controllers": titles, "rigs": cases})
+        else:
+            click.echo("\n".join(f"{name:22}{title}" for name, title in titles.items()))
+            click.echo("\n" + "\n".join(cases))
         return
     if output is not None:
         if output.suffix.lower() != ".csv":
