@@ -17,6 +17,8 @@ TIME = np.arange(50) / 100.0
         ("force", "kips", 4448.2216152605),
         ("force", "KN", 1000.0),
         ("force", "lbf", 4.4482216152605),
+        ("force", "kgf", 9.80665),
+        ("load_pressure", "kgf/cm²", 98066.5),
         ("displacement", "in", 0.0254),
         ("displacement", "inches", 0.0254),
         ("velocity", "in/s", 0.0254),

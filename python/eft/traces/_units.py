@@ -17,11 +17,11 @@ _SI = {
 
 _NAMES_OF = {
     "time": "s sec ms min",
-    "force": "N kN MN lbf lb kip",
+    "force": "N kN MN kgf tf lbf lb kip",
     "length": "m cm mm in inch ft",
     "velocity": "m/s cm/s mm/s in/s ft/s",
     "acceleration": "m/s2 cm/s2 gal g in/s2 ft/s2",
-    "pressure": "Pa kPa MPa bar psi ksi",
+    "pressure": "Pa kPa MPa bar kgf/cm2 psi ksi",
     "flow": "m3/s L/s L/min lpm gpm in3/s",
     "voltage": "V mV",
     "ratio": "1 - %",

@@ -35,6 +35,7 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("%", 1e-2, NUMBER),
     ("kg", 1.0, MASS),
     ("t", 1e3, MASS),
+    ("tonne", 1e3, MASS),
     ("lb", POUND, MASS),
     ("slug", POUND_FORCE / (12.0 * INCH), MASS),
     ("m", 1.0, LENGTH),
@@ -55,6 +56,8 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("N", 1.0, FORCE),
     ("kN", 1e3, FORCE),
     ("MN", 1e6, FORCE),
+    ("kgf", GRAVITY, FORCE),
+    ("tf", 1e3 * GRAVITY, FORCE),
     ("lbf", POUND_FORCE, FORCE),
     ("kip", 1e3 * POUND_FORCE, FORCE),
     ("Pa", 1.0, PRESSURE),
@@ -94,12 +97,12 @@ pub fn quantity(text: &str, si: &str) -> Option<f64> {
     (dimension == wanted).then_some(number * factor / base)
 }
 
-/// The names of all units that convert to an SI unit, separated by commas; the unit itself if there is no other.
+/// A unit and the names of all units that convert to it, separated by commas.
 pub fn units_of(si: &str) -> String {
     let wanted = unit(si).map(|(_, dimension)| dimension);
-    let names: Vec<&str> =
-        UNITS.iter().filter(|(_, _, dimension)| Some(*dimension) == wanted).map(|(name, ..)| *name).collect();
-    if names.is_empty() { si.to_owned() } else { names.join(", ") }
+    let others = UNITS.iter().filter(|(name, _, dimension)| Some(*dimension) == wanted && *name != si);
+    let names: Vec<&str> = std::iter::once(si).chain(others.map(|(name, ..)| *name)).collect();
+    names.join(", ")
 }
 
 /// Exponents of kg, m, s and V of an SI unit such as `m³/(s·Pa)`; `None` if it is not a unit with factor 1.
@@ -187,6 +190,10 @@ mod tests {
     #[test]
     fn values_convert() {
         near("12 t", "kg", 12_000.0);
+        near("12 tonne", "kg", 12_000.0);
+        near("5000 kgf", "N", 5000.0 * 9.806_65);
+        near("210 kgf/cm2", "Pa", 210.0 * 9.806_65e4);
+        near("5 tf", "N", 5000.0 * 9.806_65);
         near("250kN", "N", 250e3);
         near("3000 psi", "Pa", 3000.0 * 6_894.757_293_168_361);
         near("15 gpm", "m³/s", 15.0 * 6.309_019_64e-5);
@@ -223,6 +230,14 @@ mod tests {
         ] {
             assert_eq!(quantity(text, si), None, "{text}");
         }
+    }
+
+    #[test]
+    fn a_unit_is_the_first_of_those_that_convert_to_it() {
+        assert_eq!(units_of("kg"), "kg, t, tonne, lb, slug");
+        assert_eq!(units_of("1/h"), "1/h, Hz, kHz");
+        assert_eq!(units_of("m³/s"), "m³/s, gpm, lpm");
+        assert_eq!(units_of("N/m"), "N/m");
     }
 
     #[test]

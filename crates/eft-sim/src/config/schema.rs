@@ -79,6 +79,7 @@ impl Key {
                 high = Short(high)
             ),
             Kind::Int(low, i64::MAX) => format!("must be a whole number of at least {low}{unit}"),
+            Kind::Int(low, high) if low == high => format!("must be {low}{unit}"),
             Kind::Int(low, high) => format!("must be a whole number between {low} and {high}{unit}"),
             Kind::Bool => "must be true or false".into(),
             Kind::Choice(words) => {
@@ -88,7 +89,8 @@ impl Key {
             Kind::Text => "must be a string".into(),
             Kind::Floats(least, most, low, high) => {
                 let (low, high) = (Short(low), Short(high));
-                format!("must be a list of {least} to {most} numbers between {low} and {high}{unit}")
+                let count = if least == most { most.to_string() } else { format!("{least} to {most}") };
+                format!("must be a list of {count} numbers between {low} and {high}{unit}")
             }
         }
     }
