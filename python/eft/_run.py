@@ -77,6 +77,8 @@ class TestRun(Channels, ReadOnly):
     _whole: bool = True
     _unrecorded: frozenset[str] = frozenset()
     """Traces that the version of a file did not record."""
+    _floor: int | None = None
+    """Number of this actuator in a building, from 0 at the ground; None for a run of all actuators."""
     _building: tuple[TestRun, int] | None = None
     """The run of all actuators of a building, and the place of this actuator in it."""
 

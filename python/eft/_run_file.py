@@ -11,8 +11,9 @@ Format 2. Each member is a NumPy array in its own format (``.npy``), deflated; `
 - ``about``: JSON with ``date`` (ISO 8601), ``record`` (its name), ``scale``, ``mass`` (kg), ``energy`` (J by
   name, or null where it is unknown), ``whole`` (whether it is a whole test), ``stopped`` (why an external
   structure ended it), ``outside`` (whether there was one), ``controlled`` (whether an external controller
-  replaced the rig's), ``calibrations`` (of each actuator, or null), ``units`` (of each trace) and ``absent``
-  (traces that the version knew and the rig has not);
+  replaced the rig's), ``calibrations`` (of each actuator, or null), ``floor`` (number of the actuator in a
+  building, or null), ``units`` (of each trace) and ``absent`` (traces that the version knew and the rig has
+  not);
 - ``found_flows``: m³/s, empty if unknown;
 - ``status``: bits of `eft.Status`, one word per sample;
 - each trace: one value per sample, with the shape (actuators, samples) for several actuators; a single number
@@ -40,6 +41,7 @@ from numpy.typing import NDArray
 from eft import _foreign as foreign
 from eft._energy import EnergyBalance
 from eft._files import atomic_write
+from eft._floors import floor_mass
 from eft._native import Command, Rig
 from eft._sections import calibration_of, plain
 from eft._table import OPTIONAL, TRACES
@@ -67,7 +69,8 @@ def save(run: TestRun, path: str | PathLike[str]) -> Path:
 
     The file contains the rig as TOML, the version, the seed, the precision, the date and the units. It
     also contains the `energy`, and name, scale and mass of a ground motion. It is written under another
-    name and then renamed, so `path` is never incomplete.
+    name and then renamed, so `path` is never incomplete. One floor of a building is saved without the others,
+    so its displacement error and drift are unknown after `load`.
 
     Parameters
     ----------
@@ -107,6 +110,7 @@ def save(run: TestRun, path: str | PathLike[str]) -> Path:
         "outside": run._outside,
         "controlled": run._controlled,
         "calibrations": plain(run._calibrations),
+        "floor": run._floor,
         "units": {name: TRACES[name].unit for name in values},
         "absent": [name for name in TRACES if name not in values and name not in run._unrecorded],
     }
@@ -171,6 +175,9 @@ def _fields(stored: dict[str, NDArray[Any]]) -> dict[str, Any]:
     about = (
         _about(_told("about", stored["about"], "U"), shape) if told["format"] > 1 else dict(_ABOUT_FORMAT_1)
     )
+    floor = about.get("_floor")
+    if floor is not None and (type(floor) is not int or floor not in range(np.size(floor_mass(rig)))):
+        raise ValueError(f"floor is {floor!r}")
     recorded, absent = {*_FIRST, *about.pop("units")}, about.pop("absent")
     values: dict[str, Any] = {}
     unrecorded = []
@@ -252,6 +259,7 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         "_controlled": about.get("controlled") is True,
         # Older files have none.
         "_calibrations": tuple(map(calibration_of, calibrations)),
+        "_floor": about.get("floor"),
         **tables,
     }
 

@@ -82,7 +82,8 @@ def actuator(run: TestRun, index: int) -> TestRun:
     mass = run.mass if run.mass is None or np.ndim(run.mass) == 0 else np.asarray(run.mass)[index]
     found = None if run.found_flows is None else run.found_flows[index]
     own = (run._calibrations[index],)
-    return replace(_part(run, index, found), mass=mass, _calibrations=own, _building=(run, index))
+    part = _part(run, index, found)
+    return replace(part, mass=mass, _calibrations=own, _floor=index, _building=(run, index))
 
 
 def _part(run: TestRun, index: Any, found_flows: NDArray[np.float64] | None) -> TestRun:

@@ -152,7 +152,7 @@ def _facts(run: TestRun, part: TestRun, metrics: Metrics | None) -> Facts:
         outside=run._outside,
         controlled=run._controlled,
         mass=run.mass,
-        floor=None if run._building is None else run._building[1],
+        floor=run._floor,
         peak_force=float(np.abs(part.force).max()),
         saturated=saturated,
         stopped=stopped,

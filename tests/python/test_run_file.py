@@ -94,6 +94,20 @@ def test_a_saved_run_says_where_it_comes_from(tmp_path):
     assert back.actuator(1).mass == 8e3 and back.energy == run.energy
 
 
+def test_a_saved_floor_of_a_building_keeps_its_place(tmp_path):
+    stories = {"masses": [7e3, 8e3], "dampings": [4e3, 4e3], "stiffnesses": [7e5, 7e5]}
+    rig = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
+    motion = eft.Record(0.1 * np.sin(np.arange(100) / 5.0), 0.02, "a quake")
+    run = eft.simulate(rig, eft.effective_force(motion, mass=[7e3, 8e3], sample_rate=512.0))
+    path = run.actuator(1).save(tmp_path / "floor.eft")
+    back = eft.TestRun.load(path)
+    assert back.verdict == run.actuator(1).verdict
+    assert np.isnan(back.metrics()["displacement_error"])
+    for wrong in (2, -1, "1", 1.0):
+        with pytest.raises(ValueError, match="not a test saved by eft: floor is"):
+            eft.TestRun.load(rewritten(path, floor=wrong))
+
+
 def test_saving_over_a_file_leaves_the_old_one_when_it_fails(tmp_path, run, monkeypatch):
     path = tmp_path / "test.npz"
     run.save(path)
