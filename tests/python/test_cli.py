@@ -4,6 +4,7 @@ import dataclasses
 import json
 import re
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -126,6 +127,13 @@ def test_compare_of_a_run_with_itself_is_zero(capsys):
     assert main(["compare", "a.eft", "a.eft", "--json"]) == 0
     for signal in json.loads(capsys.readouterr().out)["signals"]:
         assert signal["nrmse"] == 0.0 and signal["peak_error"] == 0.0, signal["quantity"]
+
+
+def test_a_name_that_the_font_of_a_figure_lacks_is_no_warning(capsys):
+    assert main(["run", *SWEEP, "-o", "力.eft"]) == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert main(["compare", "力.eft", "力.eft", "--plot", "力.png"]) == 0
 
 
 @pytest.fixture

@@ -106,6 +106,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with use_units(current_units()), warnings.catch_warnings():
             # Each command has asked for --memory.
             warnings.simplefilter("ignore", MemoryUseWarning)
+            # The name of a file may have letters that the font of a figure lacks.
+            warnings.filterwarnings("ignore", "Glyph .* missing from font")
             return int(cli.main(args=names, prog_name="eft", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
