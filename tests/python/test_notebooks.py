@@ -264,3 +264,14 @@ def test_without_a_figure_a_new_one_is_made(results):
     for name in ("run", "record", "force loop"):
         assert results[name].plot() is not None
     pyplot.close("all")
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_study_over_lists_has_short_labels():
+    flows = RIG["servovalve.flow_table.flows"]
+    settings = {"servovalve.flow_table.flows": [flows, [0.9 * flow for flow in flows]]}
+    found = eft.study(RIG, SWEEP, settings, progress=False)
+    assert "<img" in found._repr_html_()
+    [axes] = plots.study(found).axes
+    labels = [label.get_text() for label in axes.get_xticklabels()]
+    assert [label[:2] for label in labels] == ["0:", "1:"] and max(map(len, labels)) < 30

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     from eft import Command, Record, Study, TestRun
 
+_LABEL = 20
+"""Letters of a label."""
 _WIDEST = 20_000
 """Largest number of points of a curve in a picture."""
 
@@ -229,9 +231,16 @@ def study(
     for name, ax in zip(names, axes, strict=True):
         values = found[name][done]
         if about[name].type not in ("float", "int"):
-            values = np.array([str(value) for value in values])
+            values = _words(values)
         ax.plot(values, scale * found[metric][done], "o", color=BLUE, markersize=3)
         label = f"{name} ({about[name].unit})" if about[name].unit else name
         finish(ax, xlabel=label, ylabel=f"{metric}{unit}", legend=False)
     panel_letters(axes)
     return figure
+
+
+def _words(values: Iterable[object]) -> list[str]:
+    """Values as labels of an axis; a long one, such as a list, is cut and has its number."""
+    texts = list(map(str, values))
+    numbers = {text: number for number, text in enumerate(dict.fromkeys(texts))}
+    return [text if len(text) <= _LABEL else f"{numbers[text]}: {text[:_LABEL]}…" for text in texts]
