@@ -10,6 +10,7 @@ import click
 import eft
 from eft._files import write_text
 from eft._test_file import TestPlan, parse_toml, read_text
+from eft._toml_lines import pointed
 from eft.cli._output import FILE
 from eft.cli._save_rig import check_own_file
 
@@ -31,11 +32,15 @@ def start_from(plan: TestPlan, path: Path) -> TestPlan:
     OSError
         If the file cannot be read.
     """
-    sections = parse_toml(path, read_text(path))
+    text = read_text(path)
+    sections = parse_toml(path, text)
     if list(sections) != ["calibration"]:
         raise ValueError(f"--calibration {path}: must have a section [calibration] and nothing else")
     _check_adaptive("--calibration", path, plan)
-    return replace(plan, rig=plan.rig.replace(sections))
+    try:
+        return replace(plan, rig=plan.rig.replace(sections))
+    except ValueError as error:
+        raise pointed(path, text, error) from None
 
 
 def check_save_calibration(path: Path, plan: TestPlan, others: tuple[Path | None, ...]) -> None:

@@ -46,6 +46,11 @@ WRONG = {
         {},
         ["next.toml", "compensation.adaptive", "must be true"],
     ),
+    "calibration of another version": (
+        [*SWEEP, *CORRECTED, "--calibration", "old.toml"],
+        {"old.toml": "[calibration]\nversion = 2\n"},
+        ["old.toml, line 2", "calibration.version = 2", "must be 3"],
+    ),
     "rig to save over the test": (
         ["run", "test.toml", *CORRECTED, "--save-rig", "./test.toml"],
         {"test.toml": paper()},
