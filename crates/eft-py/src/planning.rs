@@ -131,8 +131,8 @@ fn listed<'py>(py: Python<'py>, demands: &[Demand]) -> PyResult<Bound<'py, PyLis
 /// -------
 /// dict
 ///     ``demands`` as of `demands`, ``scheme`` (the simplest that suffices), ``margin`` (the largest stable
-///     compensation level, or `None` if no level is stable) and ``smallest_sample_rate`` (Hz, or `None` if no
-///     rate is safe).
+///     compensation level, or `None` if no level is stable) and ``smallest_sample_rate`` (Hz, or `None` if the
+///     loop is unstable at 12,800 Hz).
 #[pyfunction]
 pub(crate) fn check_feasibility<'py>(
     py: Python<'py>,

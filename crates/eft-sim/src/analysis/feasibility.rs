@@ -48,8 +48,9 @@ pub struct Feasibility {
     pub scheme: Mode,
     /// The largest stable compensation level at the command's sample rate (1); `None` if no level is stable.
     pub margin: Option<f64>,
-    /// The smallest tried sample rate (Hz) above which every rate keeps at least half of the margin of the
-    /// highest rate; `None` if there is no such rate.
+    /// The smallest tried sample rate (Hz) from which on the loop is stable and has enough of a margin: the largest
+    /// stable level exceeds the rig's own by `verdict.caution.level_margin`, or by half of what it does at 12,800 Hz. With
+    /// self-calibration a stable loop is enough. `None` if the loop is unstable at 12,800 Hz.
     pub smallest_sample_rate: Option<f64>,
 }
 
@@ -238,14 +239,13 @@ fn smallest_sample_rate(rig: &RigConfig) -> Result<Option<f64>> {
         if growth > 0.0 {
             return Ok(f64::NEG_INFINITY);
         }
-        Ok(stability_margin(&rig, FlowGain::Steeper, Time::Sampled(rate))? - 1.0)
+        Ok(stability_margin(&rig, FlowGain::Steeper, Time::Sampled(rate))? / rig.compensation.level - 1.0)
     };
-    let highest = surplus(rates[rates.len() - 1])?;
+    let advised = if rig.compensation.adaptive { 0.0 } else { rig.verdict.caution.level_margin - 1.0 };
+    let enough = advised.min(0.5 * surplus(rates[rates.len() - 1])?).max(0.0);
     let mut smallest = None;
     for rate in rates.into_iter().rev() {
-        let here = surplus(rate)?;
-        // Two infinite margins are equal.
-        if here == f64::NEG_INFINITY || here < 0.5 * highest && here.is_finite() {
+        if surplus(rate)? < enough {
             break;
         }
         smallest = Some(rate);
@@ -288,6 +288,20 @@ mod tests {
         let answer = check_feasibility(&rig, &[sweep(100.0)]).unwrap();
         assert_eq!((answer.margin, answer.smallest_sample_rate), (None, None));
         assert_eq!(answer.scheme, Mode::Linear, "a sweep of 100 N stays in the linear range");
+    }
+
+    #[test]
+    fn a_rate_is_safe_with_a_margin_that_the_verdict_accepts() {
+        // The largest stable level is 1.13 at 1024 Hz, 1.98 at 2048 Hz and 2.86 at 12,800 Hz.
+        let rig = RigConfig::zhao2005().replace(&[("controller.force_loop", "robust".into())]).unwrap();
+        assert!(smallest_sample_rate(&rig).unwrap().unwrap() < 1024.0);
+        let strict = rig.with(|rig| rig.verdict.caution.level_margin = 1.5).unwrap();
+        assert!((1024.0..2048.0).contains(&smallest_sample_rate(&strict).unwrap().unwrap()));
+        let strictest = rig.with(|rig| rig.verdict.caution.level_margin = 100.0).unwrap();
+        assert!((1900.0..2048.0).contains(&smallest_sample_rate(&strictest).unwrap().unwrap()));
+        // A level of 0.5 may double, so it has more margin than the whole level.
+        let half = strict.with(|rig| rig.compensation.level = 0.5).unwrap();
+        assert!(smallest_sample_rate(&half).unwrap() < smallest_sample_rate(&strict).unwrap());
     }
 
     #[test]
