@@ -119,6 +119,34 @@ def test_flow_curve_with_noise_drift_and_gaps(flow_tests):
     assert gain == pytest.approx(1016 * 1.6387064e-5, rel=0.02)
 
 
+@pytest.mark.parametrize("masked", [False, True])
+def test_lost_samples_do_not_change_the_flow_curve(masked):
+    rng = np.random.default_rng(4)
+    test = eft.identification.flow_test(RIG, 0.8 * STROKE)
+    noisy = test.spool + 1e-3 * rng.standard_normal(test.spool.size)
+    whole = eft.identify_flow_curve(noisy, test.displacement, 2048.0, AREA)
+    lost = rng.random((2, noisy.size)) < 0.05
+    # A recorder leaves a number in place of a lost sample, which only the mask tells.
+    given = [np.where(gone, np.nan, kept) for gone, kept in zip(lost, (noisy, test.displacement), strict=True)]
+    if masked:
+        given = [np.ma.masked_invalid(one) for one in given]
+        given = [np.ma.array(np.where(one.mask, 0.3, one.data), mask=one.mask) for one in given]
+    found = eft.identify_flow_curve(*given, 2048.0, AREA)
+    assert (found.measured == whole.measured).all()
+    off = abs(found.flows - whole.flows)[found.measured]
+    assert (off <= 2.0 * whole.uncertainty[found.measured] + 1e-3 * whole.flows[-1]).all()
+    gain = eft.identification.identify_flow_gain(*given, 2048.0, AREA)
+    assert gain == pytest.approx(1016 * 1.6387064e-5, rel=0.02)
+
+
+def test_gaps_throughout_are_refused_with_the_reason():
+    spool, moved = np.zeros(2000), np.zeros(2000)
+    spool[::5] = moved[1::5] = moved[2::5] = np.nan
+    spool[3::40] = spool[4::40] = spool[2::40] = spool[1::40] = np.nan
+    with pytest.raises(ValueError, match=r"^spool and displacement = gaps throughout: must have 100 samples"):
+        eft.identify_flow_curve(spool, moved, 2048.0, AREA)
+
+
 def test_damping():
     free = eft.identification.free_vibration(RIG, 0.02)
     damping = eft.identification.identify_damping(free, 512.0)

@@ -27,7 +27,8 @@ def identify_flow_curve(
     """Find the flow curve from spool opening and displacement of an actuator without load (Fig. 4b).
 
     The flow is the piston's motion, so a piecewise linear curve is fitted to
-    ``A·x(t) = A·x(0) + ∫f(spool) dt``. The fit also finds offset and drift of every recording. NaN are gaps.
+    ``A·x(t) = A·x(0) + ∫f(spool) dt``. The fit also finds offset and drift of every recording. NaN and masked
+    samples are gaps. Gaps of up to three samples are bridged by straight lines. Longer ones divide a recording.
     Control points that the spool never reached are extrapolated from the last two that it reached.
 
     `method` "difference" is the paper's: the mean of central differences near each control point. Both
@@ -161,5 +162,5 @@ def runs_of(given: ArrayLike | Sequence[ArrayLike]) -> list[ArrayLike]:
     """A list of recordings; a single array or a list of numbers becomes a list with one recording."""
     if isinstance(given, (list, tuple)):
         return list(given) if given and np.ndim(given[0]) else [given]
-    array = np.asarray(given)
+    array = np.asanyarray(given)  # a mask stays
     return list(array) if array.ndim == 2 else [array]

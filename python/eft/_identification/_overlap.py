@@ -66,7 +66,8 @@ def identify_overlap(
 
     The fit is ``A·x(t) = A·x(0) + ∫(s₊·max(spool - a, 0) + s₋·min(spool - c, 0)) dt``. The overlap is half
     the distance of the two knees, ``(a - c)/2``, and the null bias is their mean. The strokes must pass both
-    knees, and must stay within the straight part of the flow curve. NaN are gaps.
+    knees, and must stay within the straight part of the flow curve. NaN are gaps, as of
+    `eft.identify_flow_curve`.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ mod tests;
 
 use std::f64::consts::TAU;
 
-use super::gaps::{Fade, check, detrend};
+use super::gaps::{Fade, bridged, check, detrend};
 use crate::checks;
 use crate::error::{Error, Result};
 use crate::fourier::{Complex64, spectrum};
@@ -21,6 +21,8 @@ const LEAST_ALIKE: f64 = 0.5;
 const MOST_FROM_ENDS: f64 = 0.7;
 /// Largest share of the delay by which the fading alone may move the estimate.
 const MOST_BY_FADING: f64 = 0.95;
+/// Longest gap that is bridged, over the period of the band's highest frequency.
+const BRIDGED: f64 = 0.1;
 /// Largest number of corrections of the fading.
 const ROUNDS: usize = 30;
 /// Coherence below which phases count as random.
@@ -51,8 +53,8 @@ pub struct DelayEstimate {
 /// The delay of a response behind its command, sampled at a rate (Hz), over a band (Hz): a linear regression
 /// of phase on frequency with an intercept. Each bin is weighted by the command's power.
 ///
-/// Samples that are not finite in either signal are gaps. Both signals are faded at them and at the ends of the
-/// recording. A response that is faded at the same time as its command seems less late than it is. So the fading of the
+/// Samples that are not finite in either signal are gaps. Gaps of up to a tenth of the period of the band's highest frequency
+/// are bridged by straight lines. Both signals are faded at longer ones and at the ends of the recording. A response that is faded at the same time as its command seems less late than it is. So the fading of the
 /// command leads that of the response by the delay, which is found in rounds.
 ///
 /// # Errors
@@ -68,6 +70,8 @@ pub fn identify_delay(
     checks::sample_rate("sample_rate", sample_rate)?;
     checks::band(band, sample_rate)?;
     let (low, high) = band;
+    let most = (BRIDGED * sample_rate / high) as usize;
+    let (command, response) = (&*bridged(command, most), &*bridged(response, most));
     let width = sample_rate / command.len() as f64;
     let at = |delay: f64| {
         let fade = Fade::of(command, response, 2.0 * sample_rate / high, delay * sample_rate)?;

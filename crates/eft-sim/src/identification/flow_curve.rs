@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::Estimate;
-use super::gaps::{check, stretches};
+use super::gaps::{bridged, check, stretches};
 use super::integrated_noise::{MOST_MEMORY, Part, clustering, memory_of, whitened};
 use crate::checks;
 use crate::error::{Error, Result};
@@ -16,6 +16,8 @@ use crate::interruption;
 pub(super) const LEAST_SAMPLES: usize = 20;
 /// Least number of samples of a stretch between gaps. Each stretch has its own offset and drift.
 const LEAST_STRETCH: usize = 100;
+/// Longest gap (samples) that is bridged by a straight line.
+pub(super) const BRIDGED: usize = 3;
 /// Largest change of the flow from the middle to an end of a recording, as a share.
 const LARGEST_CHANGE: f64 = 0.05;
 /// Number of fits, each with the noise that the one before left.
@@ -82,26 +84,30 @@ pub(super) fn check_opening(opening: f64) -> Result<()> {
     Err(Error::value("spool", opening, "must be a fraction of the spool's stroke, within ±1"))
 }
 
-/// Spool and displacement of the stretches of all recordings without a gap, if their openings are accepted.
-pub(super) fn parts<'a>(
-    recordings: &[Recording<'a>],
+/// Spool and displacement of a stretch without a gap.
+pub(super) type Stretch = (Vec<f64>, Vec<f64>);
+
+/// The stretches of all recordings, with short gaps bridged, if their openings are accepted.
+pub(super) fn parts(
+    recordings: &[Recording<'_>],
     accept: impl Fn(f64) -> Result<()>,
-) -> Result<Vec<(&'a [f64], &'a [f64])>> {
+) -> Result<Vec<Stretch>> {
     if recordings.is_empty() {
         return Err(Error::value("spool", "no recordings", "must have at least one"));
     }
     let mut parts = Vec::new();
     for Recording { spool, displacement } in recordings {
         check(("spool", "displacement"), (spool.len(), displacement.len()), LEAST_STRETCH)?;
+        let (spool, displacement) = (bridged(spool, BRIDGED), bridged(displacement, BRIDGED));
         let there = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
         for part in stretches(spool.len(), LEAST_STRETCH, there) {
             spool[part.clone()].iter().try_for_each(|opening| accept(*opening))?;
-            parts.push((&spool[part.clone()], &displacement[part]));
+            parts.push((spool[part.clone()].to_vec(), displacement[part].to_vec()));
         }
     }
     if parts.is_empty() {
-        let allowed = format!("must have a stretch of {LEAST_STRETCH} samples without a gap");
-        return Err(Error::value("displacement", "gaps throughout", allowed));
+        let allowed = format!("must have {LEAST_STRETCH} samples without a gap of more than {BRIDGED}");
+        return Err(Error::value("spool and displacement", "gaps throughout", allowed));
     }
     Ok(parts)
 }
@@ -223,7 +229,7 @@ impl Fit {
         let cells = knots.len() - 1;
         let mut inside = vec![0; cells];
         let mut beyond = vec![0; knots.len()];
-        for opening in parts.iter().flat_map(|(spool, _)| *spool) {
+        for opening in parts.iter().flat_map(|(spool, _)| spool) {
             let cell = knots[1..cells].iter().filter(|knot| **knot <= *opening).count();
             inside[cell] += 1;
             for (count, knot) in beyond.iter_mut().zip(knots) {
@@ -244,7 +250,7 @@ impl Fit {
 
     /// Least squares on `A·x = Σ slope·∫ramp dt + offset + drift·t`, with a separate offset and drift for
     /// each stretch. Noise of the spool is integrated and that of the displacement is not, so the rows are whitened.
-    fn solve(&mut self, stretches: &[(&[f64], &[f64])], sample_rate: f64, area: f64) -> Result<()> {
+    fn solve(&mut self, stretches: &[Stretch], sample_rate: f64, area: f64) -> Result<()> {
         let used: Vec<usize> = (0..self.inside.len()).filter(|c| self.inside[*c] >= LEAST_SAMPLES).collect();
         let n = used.len();
         let step = 1.0 / sample_rate;

@@ -43,6 +43,20 @@ pub(super) fn stretches(
     found
 }
 
+/// The signal with its short gaps, of at most `most` samples, bridged by straight lines.
+pub(super) fn bridged(signal: &[f64], most: usize) -> Vec<f64> {
+    let mut whole = signal.to_vec();
+    let gaps = stretches(signal.len(), 1, |i| !signal[i].is_finite());
+    for gap in gaps.into_iter().filter(|gap| gap.len() <= most && gap.start > 0 && gap.end < signal.len()) {
+        let (from, to) = (signal[gap.start - 1], signal[gap.end]);
+        let step = (to - from) / (gap.len() + 1) as f64;
+        for (i, value) in whole[gap].iter_mut().enumerate() {
+            *value = from + step * (i + 1) as f64;
+        }
+    }
+    whole
+}
+
 /// Removes offset and drift, fitted with weights; samples without weight become zero.
 pub(super) fn detrend(signal: &[f64], weight: impl Fn(usize) -> f64) -> Vec<f64> {
     let middle = 0.5 * signal.len() as f64;
@@ -107,8 +121,11 @@ impl Fade {
             return Err(Error::value("command", format!("{samples} samples"), allowed));
         }
         if 2.0 * kept < samples as f64 {
-            let found = format!("{kept:.0} of {samples} samples outside gaps");
-            return Err(Error::value("response", found, "at least half of the recording must be there"));
+            let found = format!(
+                "{kept:.0} of {samples} samples in stretches of more than {:.0} without a gap",
+                2.0 * ramp
+            );
+            return Err(Error::value("command and response", found, "must be at least half"));
         }
         Ok(Self { stretches, ramp, delay, samples })
     }

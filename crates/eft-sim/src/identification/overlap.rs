@@ -7,7 +7,7 @@
 
 use nalgebra::{DVector, Matrix2, Matrix4, Vector2, Vector4};
 
-use super::flow_curve::{check_opening, parts};
+use super::flow_curve::{Stretch, check_opening, parts};
 use super::{Estimate, Recording};
 use crate::checks;
 use crate::error::{Error, Result};
@@ -88,13 +88,13 @@ fn check_near_null(opening: f64) -> Result<()> {
 /// Knees and slopes on the negative and on the positive side.
 type Sides = Vector2<f64>;
 
-struct Test<'a> {
-    parts: Vec<(&'a [f64], &'a [f64])>,
+struct Test {
+    parts: Vec<Stretch>,
     step: f64,
     area: f64,
 }
 
-impl Test<'_> {
+impl Test {
     fn spool(&self) -> impl Iterator<Item = f64> + '_ {
         self.parts.iter().flat_map(|(spool, _)| spool.iter().copied())
     }
