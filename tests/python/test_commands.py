@@ -34,9 +34,10 @@ def test_the_effective_force_opposes_the_ground_linearly_resampled():
 
 
 RECORD = eft.Record([0.0, 1.0, -1.0, 0.0], 0.1)
+_ONE = eft.Command([1.0], 1024.0)
 
 
-@pytest.mark.parametrize("true", [True, np.True_])
+@pytest.mark.parametrize("true", [True, np.True_, np.array(True)])
 @pytest.mark.parametrize(
     ("argument", "call"),
     [
@@ -50,11 +51,58 @@ RECORD = eft.Record([0.0, 1.0, -1.0, 0.0], 0.1)
         ("time", lambda true: RECORD.scaled(time=true)),
         ("structure.mass", lambda true: eft.Rig.zhao2005().replace({"structure.mass": true})),
         ("dac.delay", lambda true: eft.Rig.zhao2005().replace({"dac.delay": true})),
+        ("operand", lambda true: eft.Command([1.0], 10.0) * true),
+        ("operand", lambda true: true * eft.Command([1.0], 10.0)),
+        ("operand", lambda true: eft.Command([1.0], 10.0) / true),
+        ("sample_rate", lambda true: eft.Plant(eft.Rig.zhao2005(), true)),
+        ("sample_rate", lambda true: eft.Controller(eft.Rig.zhao2005(), sample_rate=true)),
+        ("sample_rate", lambda true: eft.identify_delay([0.0], [0.0], true)),
+        ("sample_rate", lambda true: eft.linearize(eft.Rig.zhao2005(), sampled=True, sample_rate=true)),
+        ("largest_step", lambda true: eft.simulate(eft.Rig.zhao2005(), _ONE, largest_step=true)),
+        ("piston_area", lambda true: eft.identify_flow_curve([0.0], [0.0], 1.0, true)),
     ],
 )
 def test_a_truth_value_is_no_number(argument, call, true):
     with pytest.raises((TypeError, ValueError), match=argument):
         call(true)
+
+
+@pytest.mark.parametrize("two", [np.float64(2), np.float32(2), np.int64(2), np.array(2.0)])
+def test_a_number_of_numpy_is_a_factor(two):
+    command = eft.Command([1.0, 2.0], 10.0)
+    assert two * command == command * two == eft.Command([2.0, 4.0], 10.0)
+    assert command / two == eft.Command([0.5, 1.0], 10.0)
+
+
+def test_an_array_is_no_factor():
+    command = eft.Command([1.0, 2.0], 10.0)
+    array = np.array([1.0, 2.0])
+    for call in (lambda: array * command, lambda: command * array, lambda: array - command):
+        with pytest.raises(TypeError, match=r"Command"):
+            call()
+    for call in (lambda: array + command, lambda: command + array):
+        with pytest.raises(TypeError):
+            call()
+
+
+MASKED = np.ma.array([1, 2, 3], mask=[False, True, False])
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: eft.Command(MASKED, 10.0), "NaN at sample 1"),
+        (lambda: eft.Command(np.ma.array([[1.0, 2.0]], mask=[[False, True]]), 10.0), "NaN at sample 1"),
+        (lambda: eft.Command([MASKED, MASKED], 10.0), "NaN at sample 1"),
+        (lambda: eft.Record(MASKED, 0.1), "NaN at sample 1"),
+        (lambda: eft.Command(np.ma.array([1j]), 10.0), "an array of complex128"),
+        (lambda: TABLE.flow(MASKED), "NaN at element 1"),
+    ],
+)
+def test_a_masked_sample_is_none(make, says):
+    with pytest.raises(ValueError, match=says):
+        make()
+    assert eft.Command(np.ma.array([1, 2]), 10.0) == eft.Command([1.0, 2.0], 10.0)
 
 
 def test_commands_and_records_are_values():

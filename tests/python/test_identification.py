@@ -127,7 +127,9 @@ def test_lost_samples_do_not_change_the_flow_curve(masked):
     whole = eft.identify_flow_curve(noisy, test.displacement, 2048.0, AREA)
     lost = rng.random((2, noisy.size)) < 0.05
     # A recorder leaves a number in place of a lost sample, which only the mask tells.
-    given = [np.where(gone, np.nan, kept) for gone, kept in zip(lost, (noisy, test.displacement), strict=True)]
+    given = [
+        np.where(gone, np.nan, kept) for gone, kept in zip(lost, (noisy, test.displacement), strict=True)
+    ]
     if masked:
         given = [np.ma.masked_invalid(one) for one in given]
         given = [np.ma.array(np.where(one.mask, 0.3, one.data), mask=one.mask) for one in given]

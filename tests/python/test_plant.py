@@ -60,6 +60,8 @@ def test_what_cannot_be_is_refused():
         eft.Plant(RIG).step(float("nan"))
     with pytest.raises(ValueError, match=r"^sample_rate = -1"):
         eft.Plant(RIG, -1.0)
+    with pytest.raises(ValueError, match=r"^structure = an object of type int: must be callable"):
+        eft.Plant(RIG, RATE, 3)
     with pytest.raises(ValueError, match=r"^displacement = "):
         eft.Plant(RIG, RATE, lambda force, dt: (math.inf, 0.0)).step(0.1)
 

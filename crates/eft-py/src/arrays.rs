@@ -2,10 +2,11 @@
 
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyList;
 
 use crate::errors::refuse;
 
-/// Anything numpy can read as a one-dimensional array of real numbers, as `f64`.
+/// Anything numpy can read as a one-dimensional array of real numbers, as `f64`; NaN for what is masked.
 pub(crate) fn vector(parameter: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let array = real(parameter, given)?;
     let dimensions = array.getattr("ndim")?.extract::<usize>()?;
@@ -19,9 +20,10 @@ pub(crate) fn vector(parameter: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<
     flat(&array)
 }
 
-/// Anything numpy can read as an array of real numbers, as one of `float64` with its shape.
+/// Anything numpy can read as an array of real numbers, as one of `float64` with its shape; NaN for what is masked.
 pub(crate) fn real<'py>(parameter: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let numpy = given.py().import("numpy")?;
+    let given = &unmasked(&numpy, given)?;
     let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
         // Ragged lists; NumPy's message names the place.
         refuse(parameter, error.value(given.py()).to_string(), "must be an array of numbers")
@@ -34,6 +36,24 @@ pub(crate) fn real<'py>(parameter: &str, given: &Bound<'py, PyAny>) -> PyResult<
     }
     // Also aligned, because an array from a network buffer may start at any byte.
     numpy.call_method1("require", (array, "float64", ["C", "A"]))
+}
+
+/// A masked array of real numbers, or a list with some, with NaN for what is masked; anything else as given.
+fn unmasked<'py>(numpy: &Bound<'py, PyModule>, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let masked = numpy.getattr("ma")?.getattr("MaskedArray")?;
+    let filled = |array: &Bound<'py, PyAny>| {
+        let real = "fiu".contains(array.getattr("dtype")?.getattr("kind")?.extract::<String>()?.as_str());
+        if !real {
+            return Ok(array.clone());
+        }
+        array.call_method1("astype", ("float64",))?.call_method1("filled", (f64::NAN,))
+    };
+    if given.is_instance(&masked)? {
+        return filled(given);
+    }
+    let Ok(list) = given.cast::<PyList>() else { return Ok(given.clone()) };
+    let items = list.iter().map(|item| if item.is_instance(&masked)? { filled(&item) } else { Ok(item) });
+    Ok(PyList::new(given.py(), items.collect::<PyResult<Vec<_>>>()?)?.into_any())
 }
 
 /// The elements of a contiguous `float64` array in C order.

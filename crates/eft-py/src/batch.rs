@@ -9,6 +9,7 @@ use crate::excitation::Command;
 use crate::integration::options;
 use crate::rig::Rig;
 use crate::run::{Dtype, traces};
+use crate::values::optional_number;
 
 /// The result of one test of a batch.
 #[pyclass(frozen, module = "eft._native")]
@@ -97,7 +98,7 @@ pub(crate) fn simulate_batch<'py>(
     commands: &Bound<'py, PyAny>,
     dtype: &str,
     method: &str,
-    largest_step: Option<f64>,
+    #[pyo3(from_py_with = optional_number)] largest_step: Option<f64>,
     threads: Option<usize>,
     traces: bool,
     fft: bool,

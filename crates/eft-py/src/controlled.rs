@@ -12,6 +12,7 @@ use crate::interruption::Watch;
 use crate::rig::Rig;
 use crate::run::traces;
 use crate::specimen::{PythonSpecimen, Raised};
+use crate::values::optional_number;
 
 /// A controller in Python, called once per tick with the arguments of `eft.Controller.step`.
 struct PythonController {
@@ -57,7 +58,7 @@ pub(crate) fn simulate_controlled<'py>(
     step: Py<PyAny>,
     progress: Option<Py<PyAny>>,
     method: &str,
-    largest_step: Option<f64>,
+    #[pyo3(from_py_with = optional_number)] largest_step: Option<f64>,
     structure: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut watch = Watch::new(progress);

@@ -10,6 +10,7 @@ use crate::excitation::Command;
 use crate::integration::options;
 use crate::interruption::interruptible;
 use crate::rig::Rig;
+use crate::values::{optional_number, real_number};
 
 /// The energy balance of a test in J by name, with the total dissipation and the relative gap.
 #[pyfunction]
@@ -17,7 +18,7 @@ pub(crate) fn energy_balance<'py>(
     py: Python<'py>,
     rig: &Rig,
     command: &Command,
-    largest_step: Option<f64>,
+    #[pyo3(from_py_with = optional_number)] largest_step: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (rig, options) = (&rig.config, options("runge-kutta", largest_step)?);
     let commands = command.of(rig)?;
@@ -30,7 +31,7 @@ pub(crate) fn energy_balance<'py>(
 pub(crate) fn energy_of_traces<'py>(
     py: Python<'py>,
     rig: &Rig,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
     displacement: &Bound<'py, PyAny>,
     velocity: &Bound<'py, PyAny>,
     spool: &Bound<'py, PyAny>,

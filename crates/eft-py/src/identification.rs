@@ -13,7 +13,7 @@ use crate::errors::refuse;
 use crate::flow_table::FlowTable;
 use crate::interruption::interruptible;
 use crate::rig::Rig;
-use crate::values;
+use crate::values::{self, real_number, real_pair};
 
 /// Return delay, uncertainty, intercept, coherence, frequencies and phase lags.
 #[pyfunction]
@@ -21,8 +21,8 @@ pub(crate) fn identify_delay<'py>(
     py: Python<'py>,
     command: &Bound<'py, PyAny>,
     response: &Bound<'py, PyAny>,
-    sample_rate: f64,
-    band: (f64, f64),
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    #[pyo3(from_py_with = real_pair)] band: (f64, f64),
 ) -> PyResult<Bound<'py, PyDict>> {
     let (command, response) = (arrays::vector("command", command)?, arrays::vector("response", response)?);
     let found = interruptible(py, || identification::identify_delay(&command, &response, sample_rate, band))?;
@@ -59,8 +59,8 @@ pub(crate) fn identify_flow_curve(
     py: Python<'_>,
     spool: Vec<Bound<'_, PyAny>>,
     displacement: Vec<Bound<'_, PyAny>>,
-    sample_rate: f64,
-    piston_area: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] piston_area: f64,
     knots: usize,
     method: &str,
 ) -> PyResult<FlowTable> {
@@ -86,9 +86,9 @@ pub(crate) fn identify_flow_gain<'py>(
     py: Python<'py>,
     spool: Vec<Bound<'py, PyAny>>,
     displacement: Vec<Bound<'py, PyAny>>,
-    sample_rate: f64,
-    piston_area: f64,
-    limit: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] piston_area: f64,
+    #[pyo3(from_py_with = real_number)] limit: f64,
 ) -> PyResult<(f64, f64)> {
     let (spool, displacement) = (vectors("spool", &spool)?, vectors("displacement", &displacement)?);
     let found = interruptible(py, || {
@@ -104,8 +104,8 @@ pub(crate) fn identify_overlap(
     py: Python<'_>,
     spool: Vec<Bound<'_, PyAny>>,
     displacement: Vec<Bound<'_, PyAny>>,
-    sample_rate: f64,
-    piston_area: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] piston_area: f64,
 ) -> PyResult<[(f64, f64); 4]> {
     let (spool, displacement) = (vectors("spool", &spool)?, vectors("displacement", &displacement)?);
     let found = interruptible(py, || {
@@ -124,7 +124,7 @@ pub(crate) fn identify_friction(
     spool: &Bound<'_, PyAny>,
     velocity: &Bound<'_, PyAny>,
     force: &Bound<'_, PyAny>,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
 ) -> PyResult<[(f64, f64); 5]> {
     let (spool, velocity) = (arrays::vector("spool", spool)?, arrays::vector("velocity", velocity)?);
     let force = arrays::vector("force", force)?;
@@ -147,7 +147,7 @@ pub(crate) fn identify_force_loop(
     spool: &Bound<'_, PyAny>,
     velocity: &Bound<'_, PyAny>,
     force: &Bound<'_, PyAny>,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
 ) -> PyResult<[(f64, f64); 5]> {
     let (valve_command, spool) =
         (arrays::vector("valve_command", valve_command)?, arrays::vector("spool", spool)?);
@@ -183,9 +183,9 @@ pub(crate) fn identify_load_cell(
     py: Python<'_>,
     rig: &Rig,
     signals: [Bound<'_, PyAny>; 3],
-    sample_rate: f64,
-    gain_uncertainty: f64,
-    mass_uncertainty: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] gain_uncertainty: f64,
+    #[pyo3(from_py_with = real_number)] mass_uncertainty: f64,
 ) -> PyResult<[(f64, f64); 3]> {
     let [displacement, velocity, force] = signals;
     let (displacement, velocity) =
@@ -209,7 +209,7 @@ pub(crate) fn identify_load_cell(
 pub(crate) fn identify_damping(
     py: Python<'_>,
     displacement: &Bound<'_, PyAny>,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
 ) -> PyResult<(f64, f64, f64, f64, f64)> {
     let displacement = arrays::vector("displacement", displacement)?;
     let found = interruptible(py, || identification::identify_damping(&displacement, sample_rate))?;
@@ -225,8 +225,8 @@ pub(crate) fn fine_tune<'py>(
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
     velocity: &Bound<'py, PyAny>,
-    sample_rate: f64,
-    band: (f64, f64),
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    #[pyo3(from_py_with = real_pair)] band: (f64, f64),
 ) -> PyResult<Bound<'py, PyDict>> {
     let command = arrays::vector("command", command)?;
     let (force, velocity) = (arrays::vector("force", force)?, arrays::vector("velocity", velocity)?);
@@ -268,8 +268,8 @@ type Array<'py> = Bound<'py, PyArray1<f64>>;
 pub(crate) fn valve_test<'py>(
     py: Python<'py>,
     rig: &Rig,
-    amplitude: f64,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] amplitude: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
 ) -> PyResult<(Array<'py>, Array<'py>)> {
     let test = interruptible(py, || identification::valve_test(&rig.config, amplitude, sample_rate))?;
     Ok((PyArray1::from_vec(py, test.valve_command), PyArray1::from_vec(py, test.spool)))
@@ -302,11 +302,11 @@ pub(crate) fn valve_test<'py>(
 pub(crate) fn flow_test<'py>(
     py: Python<'py>,
     rig: &Rig,
-    amplitude: f64,
-    frequency: f64,
-    duration: f64,
-    piston_mass: f64,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] amplitude: f64,
+    #[pyo3(from_py_with = real_number)] frequency: f64,
+    #[pyo3(from_py_with = real_number)] duration: f64,
+    #[pyo3(from_py_with = real_number)] piston_mass: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
 ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
     let run =
         || identification::flow_test(&rig.config, amplitude, frequency, duration, piston_mass, sample_rate);
@@ -335,9 +335,9 @@ pub(crate) fn flow_test<'py>(
 pub(crate) fn free_vibration<'py>(
     py: Python<'py>,
     rig: &Rig,
-    displacement: f64,
-    duration: f64,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] displacement: f64,
+    #[pyo3(from_py_with = real_number)] duration: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
 ) -> PyResult<Array<'py>> {
     let run = || identification::free_vibration(&rig.config, displacement, duration, sample_rate);
     Ok(PyArray1::from_vec(py, interruptible(py, run)?))

@@ -9,6 +9,7 @@ use crate::arrays;
 use crate::errors::refuse;
 use crate::interruption::interruptible;
 use crate::rig::Rig;
+use crate::values::real_number;
 
 /// The metrics of a test's signals by name, one value per actuator, NaN if undefined. For a building each
 /// signal has one row per actuator. Without `costly` only those that take no longer than the test.
@@ -17,7 +18,7 @@ use crate::rig::Rig;
 pub(crate) fn judge_test<'py>(
     py: Python<'py>,
     rig: &Rig,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
     displacement: &Bound<'py, PyAny>,
@@ -76,7 +77,7 @@ pub(crate) fn metrics<'py>(
     py: Python<'py>,
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
     fft: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
@@ -100,9 +101,9 @@ pub(crate) fn fft_ratio<'py>(
     py: Python<'py>,
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
-    sample_rate: f64,
-    f_low: f64,
-    f_high: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] f_low: f64,
+    #[pyo3(from_py_with = real_number)] f_high: f64,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
     let ratio = interruptible(py, || judge::fft_ratio(&command, &force, sample_rate, f_low, f_high))?;
@@ -117,7 +118,7 @@ pub(crate) fn coherence<'py>(
     py: Python<'py>,
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
     segment: usize,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);

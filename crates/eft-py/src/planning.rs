@@ -13,6 +13,7 @@ use crate::errors::to_python;
 use crate::excitation::{Command, Record, record};
 use crate::interruption::interruptible;
 use crate::rig::Rig;
+use crate::values::real_number;
 
 /// Return the record without the polynomial of a degree (0 to 5) that fits its acceleration best.
 #[pyfunction]
@@ -27,8 +28,8 @@ pub(crate) fn baseline_corrected(record: &Record, degree: usize) -> PyResult<Rec
 pub(crate) fn band_passed(
     py: Python<'_>,
     record: &Record,
-    low: f64,
-    high: f64,
+    #[pyo3(from_py_with = real_number)] low: f64,
+    #[pyo3(from_py_with = real_number)] high: f64,
     order: i32,
 ) -> PyResult<Record> {
     self::record(py.detach(|| preparation::band_passed(&record.inner, low, high, order)))
@@ -36,7 +37,11 @@ pub(crate) fn band_passed(
 
 /// Return the record at another sample rate (Hz), after removing frequencies above half of it.
 #[pyfunction]
-pub(crate) fn resampled(py: Python<'_>, record: &Record, rate: f64) -> PyResult<Record> {
+pub(crate) fn resampled(
+    py: Python<'_>,
+    record: &Record,
+    #[pyo3(from_py_with = real_number)] rate: f64,
+) -> PyResult<Record> {
     self::record(py.detach(|| preparation::resampled(&record.inner, rate)))
 }
 
@@ -45,13 +50,21 @@ pub(crate) fn resampled(py: Python<'_>, record: &Record, rate: f64) -> PyResult<
 /// A model at the length scale `S` with unchanged accelerations has the time factor ``sqrt(S)``.
 #[pyfunction]
 #[pyo3(signature = (record, acceleration=1.0, time=1.0))]
-pub(crate) fn scaled(record: &Record, acceleration: f64, time: f64) -> PyResult<Record> {
+pub(crate) fn scaled(
+    record: &Record,
+    #[pyo3(from_py_with = real_number)] acceleration: f64,
+    #[pyo3(from_py_with = real_number)] time: f64,
+) -> PyResult<Record> {
     self::record(preparation::scaled(&record.inner, acceleration, time))
 }
 
 /// Return the record faded in over `start` and out over `end` seconds by raised cosines.
 #[pyfunction]
-pub(crate) fn tapered(record: &Record, start: f64, end: f64) -> PyResult<Record> {
+pub(crate) fn tapered(
+    record: &Record,
+    #[pyo3(from_py_with = real_number)] start: f64,
+    #[pyo3(from_py_with = real_number)] end: f64,
+) -> PyResult<Record> {
     self::record(preparation::tapered(&record.inner, start, end))
 }
 
@@ -90,7 +103,7 @@ pub(crate) fn displacement_spectrum<'py>(
     py: Python<'py>,
     record: &Record,
     periods: &Bound<'py, PyAny>,
-    damping: f64,
+    #[pyo3(from_py_with = real_number)] damping: f64,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let periods = arrays::vector("periods", periods)?;
     let spectrum = || spectra::displacement_spectrum(&record.inner, &periods, damping);
@@ -159,7 +172,7 @@ pub(crate) fn check_feasibility<'py>(
 
 /// Return the rig as self-calibration at a sample rate (Hz) will have tuned it.
 #[pyfunction]
-pub(crate) fn learned(rig: &Rig, sample_rate: f64) -> PyResult<Rig> {
+pub(crate) fn learned(rig: &Rig, #[pyo3(from_py_with = real_number)] sample_rate: f64) -> PyResult<Rig> {
     Ok(Rig { config: eft_sim::learned(&rig.config, sample_rate).map_err(to_python)? })
 }
 

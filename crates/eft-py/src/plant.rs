@@ -7,10 +7,11 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use crate::arrays;
-use crate::errors::to_python;
+use crate::errors::{refuse, to_python};
 use crate::one_caller::OneCaller;
 use crate::rig::{Rig, is_building};
 use crate::specimen::motions;
+use crate::values::optional_number;
 
 /// Valve, actuator and structure of a rig, stepped sample by sample under a held valve command.
 ///
@@ -57,13 +58,26 @@ impl Plant {
 impl Plant {
     #[new]
     #[pyo3(signature = (rig, sample_rate=None, structure=None))]
-    fn new(rig: &Rig, sample_rate: Option<f64>, structure: Option<Py<PyAny>>) -> PyResult<Self> {
+    fn new(
+        rig: &Rig,
+        #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
+        structure: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        if let Some(given) = structure.as_ref().filter(|given| !given.is_callable()) {
+            let kind = format!("an object of type {}", given.get_type().name()?);
+            return Err(refuse("structure", kind, "must be callable as structure(force, dt)"));
+        }
         let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
         // One method with any structure; the exponential one has no place for an external structure.
         let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
         let plant = PlantStepper::new(&rig.config, rate, &options).map_err(to_python)?;
         let plant = OneCaller::new("eft.Plant", plant);
-        Ok(Self { plant, stacked: is_building(&rig.config), period: 1.0 / rate, structure })
+        Ok(Self {
+            plant,
+            stacked: is_building(&rig.config),
+            period: 1.0 / rate,
+            structure: structure.map(Bound::unbind),
+        })
     }
 
     /// Step the plant by one sample under `valve_command` (V) and return its state.

@@ -11,6 +11,7 @@ use crate::errors::refuse;
 use crate::interruption::interruptible;
 use crate::rig::Rig;
 use crate::run::{Dtype, calibration};
+use crate::values::real_number;
 
 /// Run a rig's learner on a recorded test; the estimates by name, each an array with one value per window.
 ///
@@ -20,7 +21,7 @@ pub(crate) fn replay<'py>(
     py: Python<'py>,
     rig: &Rig,
     signals: &Bound<'py, PyDict>,
-    sample_rate: f64,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
     dtype: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut inputs: Vec<Input<f64>> = Vec::new();

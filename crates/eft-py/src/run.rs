@@ -16,7 +16,7 @@ use crate::integration::options;
 use crate::interruption::{Watch, interruptible};
 use crate::rig::{Rig, is_building};
 use crate::specimen::PythonSpecimen;
-use crate::values::to_python as to_python_value;
+use crate::values::{optional_number, to_python as to_python_value};
 
 /// The precision of the controller.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -56,7 +56,7 @@ pub(crate) fn simulate<'py>(
     dtype: &str,
     progress: Option<Py<PyAny>>,
     method: &str,
-    largest_step: Option<f64>,
+    #[pyo3(from_py_with = optional_number)] largest_step: Option<f64>,
     structure: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let dtype = Dtype::parse(dtype)?;

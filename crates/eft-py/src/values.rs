@@ -13,12 +13,21 @@ const DEEPEST: usize = 16;
 
 /// A number, which a truth value of Python or NumPy is not.
 pub(crate) fn real_number(given: &Bound<'_, PyAny>) -> PyResult<f64> {
-    let kind = given.get_type().name()?;
-    // NumPy 1 named its own `bool_`.
-    if kind.to_str()?.starts_with("bool") {
-        return Err(PyTypeError::new_err(format!("must be real number, not {kind}")));
+    if let Ok(number) = given.cast::<PyFloat>() {
+        return Ok(number.value());
+    }
+    // Also an array of NumPy without dimensions.
+    let kind = given.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
+    if given.is_instance_of::<PyBool>() || kind.is_ok_and(|kind| kind.eq("b").unwrap_or(false)) {
+        let kind = given.get_type().name()?;
+        return Err(PyTypeError::new_err(format!("must be real number, not a truth value of type {kind}")));
     }
     given.extract()
+}
+
+/// A number, or `None`.
+pub(crate) fn optional_number(given: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    if given.is_none() { Ok(None) } else { real_number(given).map(Some) }
 }
 
 /// Two numbers.

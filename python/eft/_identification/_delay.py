@@ -30,8 +30,9 @@ def identify_delay(
     """Estimate the delay of a response from the slope of phase against frequency (Fig. 4a).
 
     Samples that are NaN or masked are gaps. Gaps of up to a tenth of the period of the band's highest
-    frequency are bridged by straight lines, and the signals are faded at longer ones. Offset and linear drift are removed. The ends of the recording are faded
-    over two periods of the band's highest frequency, so a recording may end in motion.
+    frequency are bridged by straight lines, and the signals are faded at longer ones. Offset and linear
+    drift are removed. The ends of the recording are faded over two periods of the band's highest frequency,
+    so a recording may end in motion.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ def identify_flow_curve(
 
     The flow is the piston's motion, so a piecewise linear curve is fitted to
     ``A·x(t) = A·x(0) + ∫f(spool) dt``. The fit also finds offset and drift of every recording. NaN and masked
-    samples are gaps. Gaps of up to three samples are bridged by straight lines. Longer ones divide a recording.
+    samples are gaps. Up to three lost samples are bridged by straight lines. Longer gaps divide a recording.
     Control points that the spool never reached are extrapolated from the last two that it reached.
 
     `method` "difference" is the paper's: the mean of central differences near each control point. Both

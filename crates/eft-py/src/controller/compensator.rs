@@ -9,6 +9,7 @@ use crate::controller::channel::{Channel, Further};
 use crate::controller::shared::python_methods;
 use crate::one_caller::OneCaller;
 use crate::rig::Rig;
+use crate::values::optional_number;
 
 /// The velocity feedback compensation, one sample at a time: the same code as in firmware.
 ///
@@ -35,7 +36,7 @@ pub(crate) struct Compensator {
 python_methods!(Compensator {
     #[new]
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
-    fn new(rig: &Rig, dtype: &str, sample_rate: Option<f64>) -> PyResult<Self> {
+    fn new(rig: &Rig, dtype: &str, #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>) -> PyResult<Self> {
         let channel = Channel::new(rig, dtype, sample_rate, Realization::Analog)?;
         Ok(Self { channel: OneCaller::new("eft.Compensator", channel) })
     }

@@ -9,7 +9,7 @@ use pyo3::sync::PyOnceLock;
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
-use crate::values::real_number;
+use crate::values::{optional_number, real_number};
 
 /// One component of a ground motion.
 ///
@@ -289,7 +289,7 @@ impl Record {
 pub(crate) fn read_record(
     py: Python<'_>,
     path: PathBuf,
-    dt: Option<f64>,
+    #[pyo3(from_py_with = optional_number)] dt: Option<f64>,
     unit: Option<&str>,
     channel: Option<usize>,
 ) -> PyResult<Record> {

@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::errors::{refuse, to_python};
 use crate::rig::Rig;
+use crate::values::{optional_number, real_pair};
 
 /// Return the parts of the delay that the lead network must compensate for, in s.
 ///
@@ -34,8 +35,8 @@ use crate::rig::Rig;
 pub(crate) fn delay_budget<'py>(
     py: Python<'py>,
     rig: &Rig,
-    sample_rate: Option<f64>,
-    band: (f64, f64),
+    #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
+    #[pyo3(from_py_with = real_pair)] band: (f64, f64),
 ) -> PyResult<Bound<'py, PyDict>> {
     let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
     let budget = linear::delay_budget(&rig.config, rate, band).map_err(to_python)?;

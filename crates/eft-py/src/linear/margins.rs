@@ -9,7 +9,7 @@ use crate::errors::{refuse, to_python};
 use crate::interruption::interruptible;
 use crate::linear::LinearModel;
 use crate::rig::Rig;
-use crate::values;
+use crate::values::{self, optional_number};
 
 fn flow_gain(name: &str) -> PyResult<FlowGain> {
     match name {
@@ -69,7 +69,7 @@ fn time(rig: &Rig, sampled: bool, sample_rate: Option<f64>) -> Time {
 pub(crate) fn linearize(
     rig: &Rig,
     sampled: bool,
-    sample_rate: Option<f64>,
+    #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
     flow_gain: &str,
 ) -> PyResult<LinearModel> {
     let gain = self::flow_gain(flow_gain)?;
@@ -107,7 +107,7 @@ pub(crate) fn stability_margin(
     py: Python<'_>,
     rig: &Rig,
     sampled: bool,
-    sample_rate: Option<f64>,
+    #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
     flow_gain: &str,
 ) -> PyResult<f64> {
     let (gain, time) = (self::flow_gain(flow_gain)?, time(rig, sampled, sample_rate));
@@ -133,7 +133,7 @@ pub(crate) fn stability_margins<'py>(
     py: Python<'py>,
     rig: &Rig,
     sampled: bool,
-    sample_rate: Option<f64>,
+    #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
     flow_gain: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (gain, time) = (self::flow_gain(flow_gain)?, time(rig, sampled, sample_rate));

@@ -7,6 +7,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
+use crate::values::optional_number;
 
 /// A rig's closed loop, linear about rest: ``dx/dt = A x + B u``, ``y = C x + D u``, sampled or continuous.
 ///
@@ -238,7 +239,7 @@ impl LinearModel {
     fn _made(
         matrices: [Bound<'_, PyAny>; 4],
         names: [Vec<String>; 4],
-        sample_time: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] sample_time: Option<f64>,
     ) -> PyResult<Self> {
         let [a, b, c, d] = matrices.map(|given| read(&given));
         let (a, b, c, d) = (a?, b?, c?, d?);

@@ -264,6 +264,13 @@ impl Command {
         self.origin.as_ref().map(|origin| origin.mass.clone_ref(py))
     }
 
+    /// NumPy leaves the operators to the command, so that a number of NumPy is a factor and an array is refused.
+    #[classattr]
+    #[pyo3(name = "__array_ufunc__")]
+    fn array_ufunc(py: Python<'_>) -> Py<PyAny> {
+        py.None()
+    }
+
     fn __add__(&self, other: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.combined(other, |a, b| a + b)
     }
@@ -272,15 +279,19 @@ impl Command {
         self.combined(other, |a, b| a - b)
     }
 
-    fn __mul__(&self, py: Python<'_>, factor: f64) -> PyResult<Self> {
+    fn __mul__(&self, py: Python<'_>, #[pyo3(from_py_with = real_number)] factor: f64) -> PyResult<Self> {
         self.times(py, factor)
     }
 
-    fn __rmul__(&self, py: Python<'_>, factor: f64) -> PyResult<Self> {
+    fn __rmul__(&self, py: Python<'_>, #[pyo3(from_py_with = real_number)] factor: f64) -> PyResult<Self> {
         self.times(py, factor)
     }
 
-    fn __truediv__(&self, py: Python<'_>, divisor: f64) -> PyResult<Self> {
+    fn __truediv__(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = real_number)] divisor: f64,
+    ) -> PyResult<Self> {
         self.times(py, 1.0 / divisor)
     }
 
