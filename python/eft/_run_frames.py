@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 def to_pandas(run: TestRun) -> pd.DataFrame:
     """Return a copy of the traces as a data frame indexed by time in s (needs pandas).
 
-    For several actuators the columns have two levels, the signal and the actuator counted from 1.
+    For several actuators the columns have two levels, the signal and the actuator counted from 1. The
+    attribute ``units`` of the frame has the unit of each signal. ``to_parquet`` keeps it for
+    `eft.traces.read_traces`.
 
     Returns
     -------
@@ -48,8 +50,12 @@ def to_pandas(run: TestRun) -> pd.DataFrame:
             for name in run._traces
             for number, trace in enumerate(getattr(run, name), start=1)
         }
-        return pd.DataFrame(columns, index=index).rename_axis(columns=["signal", "actuator"])
-    return pd.DataFrame({name: getattr(run, name) for name in run._traces}, index=index)
+        frame = pd.DataFrame(columns, index=index).rename_axis(columns=["signal", "actuator"])
+    else:
+        frame = pd.DataFrame({name: getattr(run, name) for name in run._traces}, index=index)
+    units = {name: _about(name).get("units", "1") for name in run._traces}
+    frame.attrs["units"] = {"time": "s", **units}
+    return frame
 
 
 def to_xarray(run: TestRun) -> xr.Dataset:

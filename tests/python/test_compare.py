@@ -143,6 +143,20 @@ def test_what_is_written_for_others_is_read_with_its_units(suffix, tmp_path):
         np.testing.assert_allclose(traces[name], getattr(RUN, name), rtol=1e-8, atol=1e-9, err_msg=name)
 
 
+def test_a_data_frame_keeps_its_units_in_parquet(tmp_path):
+    frame = RUN.to_pandas()
+    assert frame.attrs["units"] | {"time": "s", "force": "N", "spool": "1"} == frame.attrs["units"]
+    frame.to_parquet(tmp_path / "run.parquet")
+    traces = read_traces(tmp_path / "run.parquet")
+    assert traces.sample_rate == pytest.approx(RATE)
+    for name in ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command"):
+        np.testing.assert_allclose(traces[name], getattr(RUN, name), rtol=1e-12, err_msg=name)
+    frame.attrs = {"units": ["N"]}
+    frame.to_parquet(tmp_path / "none.parquet")
+    with pytest.raises(ValueError, match="column `command` names no unit"):
+        read_traces(tmp_path / "none.parquet")
+
+
 def test_a_report_has_the_measured_test_over_the_virtual_one(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     RUN.save("run.eft")

@@ -251,7 +251,7 @@ def _check_storage(item: Any) -> None:
 
 @contextmanager
 def parquet(source: Path) -> Iterator[list[Column]]:
-    """The columns of numbers of a Parquet file."""
+    """The columns of numbers of a Parquet file, with the units that `TestRun.to_pandas` gave them."""
     need("pyarrow")
     import pyarrow as pa
     import pyarrow.parquet
@@ -278,9 +278,18 @@ def parquet(source: Path) -> Iterator[list[Column]]:
         with understood(source, wrong):
             numeric = (pa.types.is_integer, pa.types.is_floating)
             names = [f.name for f in file.schema_arrow if any(is_kind(f.type) for is_kind in numeric)]
+            units = _units_of(file.schema_arrow.pandas_metadata)
             check_unpacked(file.metadata, ordinary_size(source))
             take = partial(budget.take, 8 * file.metadata.num_rows)
-        yield [Column(name, None, partial(read, name), take) for name in names]
+        yield [Column(name, units.get(name), partial(read, name), take) for name in names]
+
+
+def _units_of(about: Any) -> dict[str, str]:
+    """The attribute ``units`` of a data frame, from what pandas notes of it in a file."""
+    for name in ("attributes", "units"):
+        about = about.get(name) if isinstance(about, dict) else None
+    units = about if isinstance(about, dict) else {}
+    return {name: unit for name, unit in units.items() if isinstance(unit, str)}
 
 
 def _is_vector(shape: tuple[int, ...]) -> bool:
