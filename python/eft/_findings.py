@@ -291,9 +291,14 @@ def of_protection(
 
 
 def _supply(facts: Facts) -> Iterator[Finding]:
-    share = facts.metrics["min_supply_pressure"] / facts.rig["supply.pressure"]
-    if (grade := below(facts.rig, "supply_pressure", share)) is not None:
-        mean = [one for one in facts.demands if one["name"] == "mean flow of the pump"]
+    yield from of_supply(facts.rig, facts.metrics["min_supply_pressure"], facts.demands)
+
+
+def of_supply(rig: Rig, lowest: float, demands: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
+    """The finding on a supply whose pressure falls to a lowest one, Pa."""
+    share = lowest / rig["supply.pressure"]
+    if (grade := below(rig, "supply_pressure", share)) is not None:
+        mean = [one for one in demands if one["name"] == "mean flow of the pump"]
         part, needed = "pump or accumulator is", ""
         if mean:
             short = mean[0]["required"] > mean[0]["available"]

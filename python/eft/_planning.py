@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eft import _native
-from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, of_protection, worst
+from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, of_protection, of_supply, worst
 from eft._native import Command, Rig
 from eft._prediction import of_prediction, predicted
 from eft._read_only import read_only
@@ -106,6 +106,9 @@ class Feasibility(Result):
     """The smallest tried rate, Hz, from which on the loop is stable, and its largest stable level exceeds the
     rig's own by ``verdict.caution.level_margin`` (2 %), or by half of what it does at 12,800 Hz. With
     self-calibration a stable loop is enough. None if the loop is unstable at 12,800 Hz."""
+    lowest_supply_pressure: float
+    """The lowest pressure of the supply, Pa, while the valves draw the flow of the demands, without their
+    leakage."""
     force_error: float | None
     """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms; None with a
     guard alone, with self-calibration in a building, or without a stable linear model."""
@@ -290,7 +293,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
 
     With the plausibility watch of the protection, a level of the force below an eighth of the actuator's
     capacity and a sample rate below 250 times the natural frequency are cautions. In a building it is that of
-    each floor while the others are at rest.
+    each floor while the others are at rest. The pressure to which the supply falls under the flow of the
+    demands is judged as after the test, by ``verdict.caution.supply_pressure`` and
+    ``verdict.no.supply_pressure``.
 
     Parameters
     ----------
@@ -319,6 +324,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     found = _native.check_feasibility(rig, command)
     rate = command.sample_rate
     findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate)]
+    findings += of_supply(rig, found["lowest_supply_pressure"], found["demands"])
     findings += of_protection(rig, rate)
     errors = predicted(rig, command)
     if errors is not None:

@@ -69,9 +69,37 @@ def test_feasibility_of_the_paper_s_sweeps():
     assert demands["force"].required == pytest.approx(8900.0, rel=1e-3)
     assert answer.scheme == "nonlinear"
     assert answer.smallest_sample_rate < 4096
+    assert answer.lowest_supply_pressure == RIG["supply.pressure"]
     refused = eft.check_feasibility(RIG, eft.sine_sweep(40e3, 0.0, 10.0, 32.0, 4096.0))
     assert refused.verdict == "no"
     assert any(reason.startswith("Displacement exceeds") for reason in refused.reasons)
+
+
+@pytest.mark.parametrize(
+    ("accumulator", "droop", "pump", "verdict"),
+    [
+        (1e-12, 3e9, 1.0, "caution"),
+        (1e-10, 3e9, 1.0, "caution"),
+        (1e-9, 1e9, 1.0, "go"),
+        (5e-10, 1e8, 2e-4, "no"),
+        (1e-10, 1e10, 1.0, "no"),
+    ],
+)
+def test_the_supply_pressure_falls_as_in_the_test(accumulator, droop, pump, verdict):
+    supply = {"supply.accumulator": accumulator, "supply.droop": droop, "supply.pump_flow": pump}
+    learns = {
+        "compensation.adaptive": True,
+        "compensation.feedforward": True,
+        "compensation.look_ahead": True,
+    }
+    rig = RIG.replace(supply | learns | {"compensation.supply_correction": True})
+    sweep = eft.sine_sweep(2000.0, 0.0, 10.0, 16.0, 4096.0)
+    answer, run = eft.check_feasibility(rig, sweep), eft.simulate(rig, sweep)
+    fall = rig["supply.pressure"] - run.metrics()["min_supply_pressure"]
+    assert rig["supply.pressure"] - answer.lowest_supply_pressure == pytest.approx(fall, rel=0.15)
+    assert answer.verdict == run.verdict.grade == verdict
+    if verdict != "go":
+        assert any(reason.startswith("The supply pressure falls to") for reason in answer.reasons)
 
 
 @pytest.mark.parametrize(

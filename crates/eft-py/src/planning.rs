@@ -144,8 +144,8 @@ fn listed<'py>(py: Python<'py>, demands: &[Demand]) -> PyResult<Bound<'py, PyLis
 /// -------
 /// dict
 ///     ``demands`` as of `demands`, ``scheme`` (the simplest that suffices), ``margin`` (the largest stable
-///     compensation level, or `None` if no level is stable) and ``smallest_sample_rate`` (Hz, or `None` if the
-///     loop is unstable at 12,800 Hz).
+///     compensation level, or `None` if no level is stable), ``smallest_sample_rate`` (Hz, or `None` if the
+///     loop is unstable at 12,800 Hz) and ``lowest_supply_pressure`` (Pa, while the valves draw the demanded flow).
 #[pyfunction]
 pub(crate) fn check_feasibility<'py>(
     py: Python<'py>,
@@ -167,6 +167,7 @@ pub(crate) fn check_feasibility<'py>(
     )?;
     answer.set_item("margin", found.margin)?;
     answer.set_item("smallest_sample_rate", found.smallest_sample_rate)?;
+    answer.set_item("lowest_supply_pressure", found.lowest_supply_pressure)?;
     Ok(answer)
 }
 

@@ -112,7 +112,10 @@ def check(
         raise click.exceptions.Exit(1)
 
 
-_FORESEEN = ("demands", "scheme", "margin", "smallest_sample_rate", "force_error", "displacement_error")
+_FORESEEN = (
+    *("demands", "scheme", "margin", "smallest_sample_rate", "lowest_supply_pressure"),
+    *("force_error", "displacement_error"),
+)
 
 
 def _linear(plan: TestPlan) -> eft.linear.LinearModel:

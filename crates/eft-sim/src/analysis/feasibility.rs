@@ -10,6 +10,7 @@ use crate::config::TABLE_CAPACITY;
 use crate::config::{Mode, Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
+use crate::plant::Supply;
 
 /// Beyond this opening the paper advises against a test.
 const ADVISED_OPENING: f64 = 0.6;
@@ -52,6 +53,8 @@ pub struct Feasibility {
     /// stable level exceeds the rig's own by `verdict.caution.level_margin`, or by half of what it does at 12,800 Hz. With
     /// self-calibration a stable loop is enough. `None` if the loop is unstable at 12,800 Hz.
     pub smallest_sample_rate: Option<f64>,
+    /// The lowest supply pressure (Pa) while the valves draw the flow of the demands, without their leakage.
+    pub lowest_supply_pressure: f64,
 }
 
 /// Compares the demands of force commands, one per actuator, with the capacities of a rig. With
@@ -60,12 +63,13 @@ pub struct Feasibility {
 /// # Errors
 /// An invalid command, or a wrong number of commands.
 pub fn check_feasibility(rig: &RigConfig, commands: &[Command]) -> Result<Feasibility> {
-    let (demands, pressure) = asked(rig, commands)?;
+    let Asked { demands, pressure, drawn } = asked(rig, commands)?;
     let rate = Time::Sampled(commands.first().map_or(rig.controller.sample_rate, |first| first.sample_rate));
     Ok(Feasibility {
         scheme: scheme(rig, &demands, pressure)?,
         margin: largest_stable_level(&*designed_for(rig, rate)?, FlowGain::Steeper, rate)?,
         smallest_sample_rate: smallest_sample_rate(rig)?,
+        lowest_supply_pressure: lowest_pressure(rig, &drawn, commands),
         demands,
     })
 }
@@ -76,21 +80,50 @@ pub fn check_feasibility(rig: &RigConfig, commands: &[Command]) -> Result<Feasib
 /// # Errors
 /// As [`check_feasibility`].
 pub fn demands(rig: &RigConfig, commands: &[Command]) -> Result<Vec<Demand>> {
-    Ok(asked(rig, commands)?.0)
+    Ok(asked(rig, commands)?.demands)
 }
 
-/// [`demands`], and the largest force over the stall force.
-fn asked(rig: &RigConfig, commands: &[Command]) -> Result<(Vec<Demand>, f64)> {
+struct Asked {
+    demands: Vec<Demand>,
+    /// The largest force over the stall force.
+    pressure: f64,
+    /// Flow (m³/s) that all actuators together draw from the supply.
+    drawn: Vec<f64>,
+}
+
+fn asked(rig: &RigConfig, commands: &[Command]) -> Result<Asked> {
     let options = SimulateOptions::default();
     let ideals = ideal_responses(rig, commands, &options)?;
-    let mut demands = Vec::new();
-    let mut pressure = 0.0_f64;
+    let (mut demands, mut pressure, mut drawn) = (Vec::new(), 0.0_f64, Vec::new());
     for (command, ideal) in commands.iter().zip(&ideals) {
-        let (asked, share) = demands_of(rig, command, &ideal.displacement, &ideal.velocity)?;
+        let (asked, share) = demands_of(rig, command, &ideal.displacement, &ideal.velocity, &mut drawn)?;
         merge(&mut demands, asked);
         pressure = pressure.max(share);
     }
-    Ok((demands, pressure))
+    Ok(Asked { demands, pressure, drawn })
+}
+
+/// The lowest pressure (Pa) of the supply, which delivers these flows (m³/s), one per sample.
+fn lowest_pressure(rig: &RigConfig, drawn: &[f64], commands: &[Command]) -> f64 {
+    let of_plant = &rig.plant().supply;
+    let supply = Supply::<f64>::pack(&|_| rig.plant());
+    let step = commands.first().map_or(1.0, |first| 1.0 / first.sample_rate);
+    let mut lowest = supply.setting(0.0);
+    let mut pressure = lowest;
+    for (i, flow) in drawn.iter().enumerate() {
+        let setting = supply.setting(i as f64 * step);
+        pressure = match (of_plant.accumulator, of_plant.droop) {
+            (Some(capacity), Some(droop)) => {
+                // The backward Euler step, stable for an accumulator of any size.
+                let per_flow = step / capacity;
+                let free = (pressure + per_flow * (setting / droop - flow)) / (1.0 + per_flow / droop);
+                pressure + per_flow * (supply.pump_flow(setting, free, *flow) - flow)
+            }
+            _ => setting,
+        };
+        lowest = lowest.min(pressure);
+    }
+    lowest.max(0.0)
 }
 
 /// Includes the demands of another actuator.
@@ -106,7 +139,14 @@ fn merge(all: &mut Vec<Demand>, asked: Vec<Demand>) {
     }
 }
 
-fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Result<(Vec<Demand>, f64)> {
+/// The demands on one actuator, and its largest force over the stall force. Adds the flow that it draws.
+fn demands_of(
+    rig: &RigConfig,
+    command: &Command,
+    x: &[f64],
+    v: &[f64],
+    drawn: &mut Vec<f64>,
+) -> Result<(Vec<Demand>, f64)> {
     // Demand and capacity are those of the true plant, not of the controller's model.
     let (limited, rig) = (rig, rig.plant());
     let actuator = &rig.actuator;
@@ -121,6 +161,7 @@ fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Resul
     let compressibility = rig.measured_compressibility();
     let (mut force, mut stroke, mut velocity) = (0.0_f64, 0.0_f64, 0.0_f64);
     let (mut flow, mut opening, mut mean) = (0.0_f64, 0.0_f64, 0.0_f64);
+    drawn.resize(command.values.len(), 0.0);
     for (i, now) in command.values.iter().enumerate() {
         let before = if i == 0 { *now } else { command.values[i - 1] };
         let rate = (now - before) * command.sample_rate;
@@ -139,6 +180,7 @@ fn demands_of(rig: &RigConfig, command: &Command, x: &[f64], v: &[f64]) -> Resul
         stroke = stroke.max(x[i].abs());
         velocity = velocity.max(v[i].abs());
         flow = flow.max(q.abs());
+        drawn[i] += q.abs();
         opening = opening.max(needed);
         mean += q.abs() / command.values.len() as f64;
     }
