@@ -148,6 +148,8 @@ def replay(
     from eft.traces import Traces, read_traces
 
     if isinstance(test, TestRun):
+        if test._building is not None and isinstance(each := rig["calibration"], list):
+            rig = rig.replace({"calibration": each[test._building[1]]})
         test = Traces.from_run(test)
     elif not isinstance(test, Traces):
         test = read_traces(test)

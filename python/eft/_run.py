@@ -210,15 +210,21 @@ class TestRun(Channels, ReadOnly):
 
         It contains the estimates, their standard deviations and the correction of the flow curve. Give it to
         `eft.simulate` or to ``rig.replace({"calibration": run.calibration})`` to start the next test from it.
-        It is None if nothing was learned. A run of several actuators raises `ValueError`: each `actuator` has
-        its own.
+        It is None if nothing was learned. A run of several actuators raises `ValueError`, because it has
+        `calibrations`.
         """
         if len(self._calibrations) != 1:
             actuators = len(self._calibrations)
-            raise ValueError(
-                f"a run of {actuators} actuators has one calibration for each: take run.actuator(0)'s"
-            )
+            raise ValueError(f"a run of {actuators} actuators has one calibration for each: run.calibrations")
         return self._calibrations[0]
+
+    @property
+    def calibrations(self) -> tuple[Calibration | None, ...]:
+        """What the controller of each actuator learned, that of the ground floor first.
+
+        It is given to the next test as `calibration` is. A controller that learned nothing has None.
+        """
+        return self._calibrations
 
     @property
     def energy(self) -> EnergyBalance | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal, NamedTuple, Protocol
 
@@ -131,7 +131,10 @@ def simulate(
     converged: bool = False,
     controller: StepController | None = None,
     structure: Structure | None = None,
-    calibration: Calibration | Mapping[str, Any] | None = None,
+    calibration: Calibration
+    | Mapping[str, Any]
+    | Sequence[Calibration | Mapping[str, Any] | None]
+    | None = None,
     progress: Callable[[int, int], object] | None = None,
     watch: bool = False,
 ) -> TestRun:
@@ -173,8 +176,9 @@ def simulate(
         end of the sample, as arrays for a shear building. See `eft.opensees.Structure`. The plant then takes
         Runge–Kutta steps. A structure that raises `StructureError`, or whose motion is not finite, ends the
         test. `TestRun.stopped` has the reason.
-    calibration : mapping, optional
-        The `TestRun.calibration` of an earlier test, from which an adaptive controller starts. It replaces
+    calibration : mapping or sequence of mappings, optional
+        The `TestRun.calibration` of an earlier test, from which an adaptive controller starts. For a shear
+        building it is that of all controllers, or the `TestRun.calibrations` with one for each. It replaces
         the section ``calibration`` of the rig. It must be of the same flow table, and within the bounds of
         ``compensation.learning``.
     progress : callable, optional

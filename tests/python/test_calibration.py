@@ -127,6 +127,63 @@ def test_each_floor_of_a_building_has_its_own(rig: eft.Rig) -> None:
     floors = [run.actuator(i).calibration for i in range(2)]
     assert floors[0] is not None
     assert floors[0] != floors[1]
+    assert run.calibrations == tuple(floors)
+
+
+def test_each_floor_of_a_building_starts_from_its_own(
+    rig: eft.Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stories = {"masses": [7040.0] * 2, "dampings": [5.6e3] * 2, "stiffnesses": [2.8e6] * 2}
+    building = rig.replace({"structure.kind": "shear_building", "structure.stories": stories})
+    command = eft.Command(np.vstack([SWEEP.values, 0.5 * SWEEP.values])[:, : 2 * 4096], 4096.0)
+    first = eft.simulate(building, command)
+    moved = [dict(one) | {"null_offset": 0.01 - 0.03 * i} for i, one in enumerate(first.calibrations)]
+    again = eft.simulate(building, command, calibration=moved)
+    for i, kept in enumerate(moved):
+        floor = again.actuator(i)
+        assert floor.flow_gain_estimate[0] == pytest.approx(kept["flow_gain"], rel=1e-9)
+        # The null is learned with the curve, and the spool rests there.
+        assert floor.spool[0] == pytest.approx(kept["null_offset"], rel=1e-2)
+    assert again.rig["calibration"] == moved
+    (tmp_path / "again.toml").write_text(again.rig.to_toml())
+    assert eft.Rig.from_toml(tmp_path / "again.toml") == again.rig
+    assert eft.TestRun.load(again.save(tmp_path / "run.eft")).rig == again.rig
+    repeated = eft.simulate(again.rig, command)
+    np.testing.assert_array_equal(repeated.force, again.force)
+    one = eft.replay(again.rig, again.actuator(1))
+    alone = eft.replay(building.replace({"calibration": moved[1]}), again.actuator(1))
+    np.testing.assert_array_equal(one.flow_gain_estimate, alone.flow_gain_estimate)
+    with pytest.raises(
+        ValueError, match=r"^calibration = a list of 1: must be one section for all actuators"
+    ):
+        eft.simulate(building, command, calibration=moved[:1])
+    with pytest.raises(ValueError, match=r"^calibration\[1\]"):
+        eft.simulate(building, command, calibration=[moved[0], None])
+    with pytest.raises(
+        ValueError, match=r"^calibration = 2 calibrations: must be one for a single controller"
+    ):
+        eft.Controller(again.rig)
+
+    monkeypatch.chdir(tmp_path)
+    Path("building.toml").write_text(building.to_toml())
+    test = [
+        "run",
+        "--rig",
+        "building.toml",
+        "--record",
+        "elcentro",
+        "--scale",
+        "0.2",
+        "-o",
+        "one.eft",
+        "--json",
+    ]
+    assert main([*test, "--save-calibration", "first.toml"]) == 0
+    kept = tomllib.loads(Path("first.toml").read_text())
+    assert list(kept) == ["calibration"] and len(kept["calibration"]) == 2
+    assert kept["calibration"] == list(eft.TestRun.load("one.eft").calibrations)
+    assert main([*test, "--calibration", "first.toml"]) == 0
+    assert eft.TestRun.load("one.eft").rig["calibration"] == kept["calibration"]
 
 
 def test_the_command_line_saves_it_and_starts_from_it(
@@ -146,7 +203,7 @@ def test_the_command_line_saves_it_and_starts_from_it(
     for options, message in (
         (["--save-calibration", "test.eft"], "must be another file"),
         (["--set=compensation.adaptive=false", "--calibration", "first.toml"], "nothing is learned"),
-        (["--calibration", "rig.toml"], "section [calibration] and nothing else"),
+        (["--calibration", "rig.toml"], "section [calibration], or one for each floor, and nothing else"),
         (["--calibration", "broken.toml"], "broken.toml, line 1, column 13: unclosed table"),
     ):
         assert main([*test, *options]) != 0

@@ -152,7 +152,7 @@ impl<P: Precision> ControllerModel<P> {
     fn new(rig: &RigConfig) -> Result<Self> {
         let parameters = parameters(rig, rig.controller.sample_rate)?;
         let one = |_| {
-            let channel = RigChannel::new(&parameters, rig.calibration.as_ref())?;
+            let channel = RigChannel::new(&parameters, rig.calibration.only()?)?;
             let before = channel.before();
             Ok((channel, before))
         };

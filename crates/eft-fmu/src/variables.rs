@@ -55,7 +55,7 @@ impl Signals {
         let start = |name| match (role, name) {
             (Role::Input, "supply_pressure") => rig.supply.pressure,
             (Role::Input, "spool") => rig.servovalve.null_bias,
-            (Role::Input, "valve_command") => rig.null_command(),
+            (Role::Input, "valve_command") => rig.null_command(0),
             _ => 0.0,
         };
         numbered.chain(shared).map(|(one, index)| Variable::signal(one, &index, role, start(one.0))).collect()

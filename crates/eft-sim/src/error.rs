@@ -76,6 +76,19 @@ impl Error {
         }
     }
 
+    /// The same error with another name of a section at the beginning of the key.
+    pub(crate) fn renamed(self, section: &str, name: &str) -> Self {
+        let other =
+            |key: String| key.strip_prefix(section).map_or(key.clone(), |rest| format!("{name}{rest}"));
+        match self {
+            Self::Value { parameter, value, allowed } => {
+                Self::Value { parameter: other(parameter), value, allowed }
+            }
+            Self::MissingKey { key, meaning } => Self::MissingKey { key: other(key), meaning },
+            error => error,
+        }
+    }
+
     /// An [`Error::Value`].
     pub fn value(parameter: &str, value: impl ToString, allowed: impl Into<String>) -> Self {
         Self::Value { parameter: parameter.into(), value: value.to_string(), allowed: allowed.into() }

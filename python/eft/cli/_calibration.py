@@ -35,7 +35,10 @@ def start_from(plan: TestPlan, path: Path) -> TestPlan:
     text = read_text(path)
     sections = parse_toml(path, text)
     if list(sections) != ["calibration"]:
-        raise ValueError(f"--calibration {path}: must have a section [calibration] and nothing else")
+        raise ValueError(
+            f"--calibration {path}: must have a section [calibration], or one for each floor, "
+            "and nothing else"
+        )
     _check_adaptive("--calibration", path, plan)
     try:
         return replace(plan, rig=plan.rig.replace(sections))
@@ -49,29 +52,24 @@ def check_save_calibration(path: Path, plan: TestPlan, others: tuple[Path | None
     Raises
     ------
     ValueError
-        If the rig does not learn or has several actuators; if `path` is another file of the test.
+        If the rig does not learn; if `path` is another file of the test.
     OSError
         If the folder does not exist.
     """
     check_own_file("--save-calibration", path, others)
     _check_adaptive("--save-calibration", path, plan)
-    if plan.rig["structure.kind"] == "shear_building":
-        raise ValueError(
-            f"--save-calibration {path}: each floor of a building learns for itself: take "
-            "run.actuator(i).calibration in Python"
-        )
 
 
 def save_calibration(path: Path, run: eft.TestRun) -> str | None:
     """Write what a test learned; return the reason if it is not written."""
-    if run.calibration is None:
-        return "nothing was learned"
+    if None in run.calibrations:
+        several = len(run.calibrations) > 1
+        return "a floor learned nothing" if several else "nothing was learned"
     if not run.success:
         return "the test diverged"
-    rig = run.rig.replace({"calibration": run.calibration})
-    text = rig.to_toml()
-    section = text[text.index("[calibration]") :].partition("\n\n")[0]
-    write_text(path, section.rstrip() + "\n")
+    sections = run.rig.replace({"calibration": run.calibrations}).to_toml().split("\n\n")
+    kept = [one.strip() for one in sections if one.lstrip("[").startswith("calibration]")]
+    write_text(path, "\n\n".join(kept) + "\n")
     return None
 
 

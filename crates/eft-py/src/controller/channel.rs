@@ -76,7 +76,7 @@ impl Channel {
             return Err(refuse("compensation.computation_delay", delay, allowed));
         }
         let parameters = Parameters { realization, ..parameters(&rig.config, rate).map_err(to_python)? };
-        let saved = rig.config.calibration.as_ref();
+        let saved = rig.config.calibration.only().map_err(to_python)?;
         let core = match dtype {
             Dtype::F32 => Precision::F32(Core::new(&parameters, saved).map_err(to_python)?),
             Dtype::F64 => Precision::F64(Core::new(&parameters, saved).map_err(to_python)?),

@@ -46,7 +46,7 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
     pub(crate) fn new<'a>(rig: &dyn Fn(usize) -> &'a RigConfig, grid: TimeGrid) -> Result<Self> {
         let plant = Plant::pack(rig)?;
         let actuators = 0..plant.actuators();
-        let side = |actuator| DigitalSide::new(&rig, grid.sample_rate, actuator as u64);
+        let side = |actuator| DigitalSide::new(&rig, grid.sample_rate, actuator);
         let digital: Vec<DigitalSide<S, C>> = actuators.map(side).collect::<Result<_>>()?;
         Ok(Self {
             states: digital.iter().map(DigitalSide::at_rest).collect(),

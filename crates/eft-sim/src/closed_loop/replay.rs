@@ -60,7 +60,7 @@ pub fn replay<P: Precision<Flags = u32>>(
         ..of_rig
     };
     let channel = P::channel(&parameters)?;
-    let mut learning = channel::Learning::<P>::new(&parameters, rig.calibration.as_ref())?;
+    let mut learning = channel::Learning::<P>::new(&parameters, rig.calibration.only()?)?;
     let mut state = learning.start(&channel);
     let mut replay = Replay::default();
     for (tick, input) in inputs.iter().enumerate() {

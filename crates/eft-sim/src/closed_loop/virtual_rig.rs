@@ -51,7 +51,7 @@ impl VirtualRig {
         let plant = PlantStepper::new(rig, sample_rate, &SimulateOptions::default())?;
         let instruments = |i| Instruments {
             sensors: Sensors::new(&|_| rig, sample_rate, i as u64),
-            dac: Dac::new(|_| &rig.plant().dac, |_| rig.null_command()),
+            dac: Dac::new(|_| &rig.plant().dac, |_| rig.null_command(0)),
             clipped: 0,
             measured: plant.signals(i),
         };

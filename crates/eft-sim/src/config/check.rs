@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use eft_core::Short;
 use toml::{Table, Value};
 
+use super::calibrations::CALIBRATION;
 use super::quantity::{quantity, units_of};
 use super::schema::{Key, Kind, Need, PLANT};
 use super::{KEYS, tree};
@@ -54,6 +55,11 @@ pub(super) fn accepted(given: &Table) -> Result<Table> {
     for (key, value) in tree::leaves(given) {
         match tree::row(&key) {
             Some(row) => tree::set(&mut accepted, &key, accept(&key, row, value)?)?,
+            None if key == CALIBRATION
+                && let Some(each) = value.as_array() =>
+            {
+                tree::set(&mut accepted, &key, calibrations(each)?)?;
+            }
             None if tree::is_section(&key) => {
                 if !value.is_table() {
                     return Err(Error::value(&key, show(value), "must be a section"));
@@ -86,6 +92,9 @@ pub(super) fn complete(mut whole: Table) -> Result<Table> {
     }
     supply_schedule(&whole)?;
     stories(&whole)?;
+    let floors = list(&whole, "structure.stories.masses").len();
+    let is_building = kind(&whole) == "shear_building";
+    one_for_each(&whole, if is_building { floors } else { 1 })?;
     Ok(whole)
 }
 
@@ -105,12 +114,17 @@ pub(super) fn plant(believed: &Table, truth: &Table) -> Result<Table> {
     Ok(plant)
 }
 
+const KIND: &str = "structure.kind";
+
+/// The kind of a rig's structure.
+fn kind(rig: &Table) -> &str {
+    tree::get(rig, KIND).and_then(Value::as_str).unwrap_or_default()
+}
+
 /// The true plant must have as many actuators as there are controllers.
 fn same_actuators(believed: &Table, plant: &Table) -> Result<()> {
-    const KIND: &str = "structure.kind";
     const MASSES: &str = "structure.stories.masses";
-    let kind = |rig| tree::get(rig, KIND).and_then(Value::as_str).unwrap_or_default();
-    let is_building = |rig| kind(rig) == "shear_building";
+    let is_building = |rig: &Table| kind(rig) == "shear_building";
     if is_building(believed) != is_building(plant) {
         let allowed = format!("must leave the number of actuators: `{KIND}` is \"{}\"", kind(believed));
         return Err(Error::value(KIND, format!("\"{}\"", kind(plant)), allowed));
@@ -244,6 +258,31 @@ fn increasing(key: &str, values: &[f64]) -> Result<()> {
 fn list(whole: &Table, key: &str) -> Vec<f64> {
     let items = tree::get(whole, key).and_then(Value::as_array);
     items.map(|items| items.iter().filter_map(Value::as_float).collect()).unwrap_or_default()
+}
+
+/// A list of whole sections, each checked as the only one.
+fn calibrations(each: &[Value]) -> Result<Value> {
+    let one = |(index, section): (usize, &Value)| {
+        let named = |error: Error| error.renamed(CALIBRATION, &format!("{CALIBRATION}[{index}]"));
+        let alone = Table::from_iter([(CALIBRATION.to_owned(), section.clone())]);
+        if section.as_table().is_none_or(Table::is_empty) {
+            return Err(named(Error::value(CALIBRATION, section, "must be a whole section")));
+        }
+        let mut alone = accepted(&alone).map_err(named)?;
+        together(&alone).map_err(named)?;
+        Ok(alone.remove(CALIBRATION).unwrap_or_else(|| section.clone()))
+    };
+    Ok(Value::Array(each.iter().enumerate().map(one).collect::<Result<_>>()?))
+}
+
+/// Refuses a list with another number of calibrations than the rig has actuators.
+fn one_for_each(whole: &Table, actuators: usize) -> Result<()> {
+    let Some(each) = tree::get(whole, CALIBRATION).and_then(Value::as_array) else { return Ok(()) };
+    if each.len() == actuators {
+        return Ok(());
+    }
+    let allowed = format!("must be one section for all actuators, or a list of one for each of {actuators}");
+    Err(Error::value(CALIBRATION, format!("a list of {}", each.len()), allowed))
 }
 
 /// A number in SI units, from a number or a text with a unit.

@@ -3,6 +3,7 @@
 //! [`KEYS`] is the schema: key, unit, range, default and meaning of every value. The structs of this module
 //! hold the values; a test compares the two. A new effect of the rig needs one struct field and one row.
 
+mod calibrations;
 mod check;
 mod force_loop;
 mod idle;
@@ -17,6 +18,7 @@ mod tree;
 mod velocity;
 mod zhao2005;
 
+pub use calibrations::Calibrations;
 pub(crate) use force_loop::AtRest;
 pub use idle::IdleKey;
 pub use keys::KEYS;
@@ -98,7 +100,7 @@ section! {
         /// The velocity feedback compensation as the controller knows it.
         pub compensation: Compensation,
         /// What an earlier test has taught, from which an adaptive controller starts.
-        pub calibration: Option<SavedCalibration>,
+        pub calibration: Calibrations,
         /// The test structure, Fig. 7.
         pub structure: Structure,
         /// The errors of the sensors; ideal by default.
@@ -126,22 +128,22 @@ impl RigConfig {
         moves && self.sensors.motion_at == MotionAt::Piston
     }
 
-    /// The commanded opening (1) at rest: the null that the controller knows, or has learned in an earlier test.
-    pub fn known_null(&self) -> f64 {
+    /// The commanded opening (1) of an actuator at rest: the null that the controller knows, or has learned in an earlier test.
+    pub fn known_null(&self, actuator: usize) -> f64 {
         let learns = self.compensation.corrects_curve();
-        let learned = self.calibration.as_ref().filter(|saved| learns && saved.excitation > 0.0);
+        let learned = self.calibration.of(actuator).filter(|saved| learns && saved.excitation > 0.0);
         learned.map_or(self.servovalve.null_bias, |saved| saved.null_offset)
     }
 
-    /// The valve command (V) at rest.
-    pub fn null_command(&self) -> f64 {
-        self.known_null() / self.compensation.valve_gain
+    /// The valve command (V) of an actuator at rest.
+    pub fn null_command(&self, actuator: usize) -> f64 {
+        self.known_null(actuator) / self.compensation.valve_gain
     }
 
-    /// The true opening (1) of the spool at rest, under [`null_command`](Self::null_command).
-    pub(crate) fn opening_at_rest(&self) -> f64 {
+    /// The true opening (1) of an actuator's spool at rest, under [`null_command`](Self::null_command).
+    pub(crate) fn opening_at_rest(&self, actuator: usize) -> f64 {
         let valve = &self.plant().servovalve;
-        (self.null_command() / (valve.spool_sensitivity * valve.spool_stroke)).clamp(-1.0, 1.0)
+        (self.null_command(actuator) / (valve.spool_sensitivity * valve.spool_stroke)).clamp(-1.0, 1.0)
     }
 
     /// Reads a configuration from TOML text.

@@ -63,6 +63,44 @@ fn a_section_that_is_given_in_part_is_refused_by_the_key_that_is_missing() {
 }
 
 #[test]
+fn each_floor_may_have_a_calibration() {
+    let mut tree = everything();
+    let one = tree.remove("calibration").unwrap();
+    let mut other = one.clone();
+    other.as_table_mut().unwrap().insert("null_offset".into(), 0.25.into());
+    tree::set(&mut tree, "structure.kind", "shear_building".into()).unwrap();
+    for key in ["masses", "dampings", "stiffnesses"] {
+        tree::set(&mut tree, &format!("structure.stories.{key}"), vec![1e4, 2e4].into()).unwrap();
+    }
+    let given = |each: Vec<Value>| {
+        let mut tree = tree.clone();
+        tree.insert("calibration".into(), each.into());
+        RigConfig::from_tree(tree)
+    };
+    let rig = given(vec![one.clone(), other.clone()]).unwrap();
+    assert_eq!(rig.calibration.of(1).unwrap().null_offset, 0.25);
+    assert!(rig.calibration.of(0).unwrap().null_offset != 0.25 && rig.calibration.of(2).is_none());
+    assert_eq!(RigConfig::from_toml(&rig.to_toml()).unwrap(), rig);
+    assert_eq!(RigConfig::from_toml(&rig.to_commented_toml()).unwrap(), rig);
+    assert_eq!(rig.get("calibration").unwrap().unwrap().as_array().unwrap().len(), 2);
+    let single = rig.replace(&[("calibration", one.clone())]).unwrap();
+    assert_eq!(single.calibration.of(1), rig.calibration.of(0));
+    assert!(single.calibration.only().is_ok());
+    assert!(rig.calibration.only().unwrap_err().to_string().starts_with("calibration = 2 calibrations"));
+
+    let said = |each| message(given(each));
+    assert!(said(vec![one.clone()]).starts_with("calibration = a list of 1: must be one section"));
+    other.as_table_mut().unwrap().insert("null_offset".into(), 2.0.into());
+    assert!(said(vec![one.clone(), other.clone()]).starts_with("calibration[1].null_offset = 2: must be"));
+    other.as_table_mut().unwrap().remove("null_offset");
+    assert!(said(vec![one.clone(), other]).starts_with("missing key `calibration[1].null_offset`"));
+    for wrong in [3.into(), Value::Table(Table::new())] {
+        let said = said(vec![one.clone(), wrong]);
+        assert!(said.starts_with("calibration[1] = ") && said.ends_with("must be a whole section"), "{said}");
+    }
+}
+
+#[test]
 fn the_structs_accept_every_word_of_a_choice() {
     for row in KEYS {
         if let Kind::Choice(words) = row.kind {

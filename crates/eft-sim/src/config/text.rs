@@ -5,6 +5,7 @@ use std::path::Path;
 
 use toml::{Table, Value};
 
+use super::calibrations::CALIBRATION;
 use super::schema::PLANT;
 use super::{KEYS, tree};
 use crate::{Error, Result, files};
@@ -45,10 +46,11 @@ pub(super) fn read(path: &Path) -> Result<String> {
 pub(super) fn write(whole: &Table, commented: bool) -> String {
     let mut text = String::new();
     let mut open = "";
+    let each = whole.get(CALIBRATION).and_then(Value::as_array);
     for row in KEYS {
         let (section, name) = row.key.split_once('.').unwrap_or(("", row.key));
         let value = tree::get(whole, row.key);
-        if value.is_none() && !commented {
+        if value.is_none() && (!commented || each.is_some() && section == CALIBRATION) {
             continue;
         }
         if section != open {
@@ -61,6 +63,16 @@ pub(super) fn write(whole: &Table, commented: bool) -> String {
         match value {
             Some(value) => _ = writeln!(text, "{name} = {}", show(value)),
             None => _ = writeln!(text, "# {name} ="),
+        }
+    }
+    for one in each.into_iter().flatten() {
+        let _ = writeln!(text, "\n[[{CALIBRATION}]]");
+        for row in KEYS {
+            let name = row.key.strip_prefix(CALIBRATION).and_then(|rest| rest.strip_prefix('.'));
+            let Some(name) = name else { continue };
+            if let Some(value) = one.as_table().and_then(|one| tree::get(one, name)) {
+                let _ = writeln!(text, "{name} = {}", show(value));
+            }
         }
     }
     let truth = whole.get(tree::TRUTH).and_then(Value::as_table);

@@ -35,7 +35,8 @@ pub(crate) struct Plant<S: Num> {
 #[derive(Debug, Clone)]
 struct Parts<S: Num> {
     /// The spool opening (1) at rest, which the controller takes for null, whatever the true one is.
-    opening_at_rest: S,
+    /// One per actuator.
+    opening_at_rest: Vec<S>,
     servo_actuator: ServoActuator<S>,
     supply: Supply<S>,
     structure: Structure<S>,
@@ -91,8 +92,9 @@ impl<S: Num> Parts<S> {
         let actuators = self.structure.len() * EACH;
         let energies = if self.keeps_account { POWERS } else { 0 };
         let mut state = vec![S::splat(0.0); actuators + SHARED + energies];
-        for [_, spool, ..] in state[..actuators].as_chunks_mut::<EACH>().0 {
-            *spool = self.opening_at_rest;
+        let spools = state[..actuators].as_chunks_mut::<EACH>().0.iter_mut();
+        for ([_, spool, ..], opening) in spools.zip(&self.opening_at_rest) {
+            *spool = *opening;
         }
         state[actuators] = self.supply.setting(S::splat(0.0));
         state
@@ -183,7 +185,8 @@ impl<S: Num> Plant<S> {
     /// # Errors
     /// A flow curve that the core refuses.
     pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Result<Self> {
-        let opening_at_rest = S::from_lanes(|i| rig(i).opening_at_rest());
+        let opening_at_rest = |actuator| S::from_lanes(|i| rig(i).opening_at_rest(actuator));
+        let opening_at_rest = (0..rig(0).structure.floors()).map(opening_at_rest).collect();
         let rig: &dyn Fn(usize) -> _ = &|i| rig(i).plant();
         let parts = Parts {
             opening_at_rest,

@@ -83,9 +83,7 @@ fn controller_and_rig_in_turn_reproduce_the_test() {
         let runs = whole_test(&rig, &commands);
         let channels = || -> Vec<_> {
             let parameters = parameters(&rig, 4096.0).unwrap();
-            (0..floors)
-                .map(|_| RigChannel::<f64>::new(&parameters, rig.calibration.as_ref()).unwrap())
-                .collect()
+            (0..floors).map(|_| RigChannel::<f64>::new(&parameters, rig.calibration.of(0)).unwrap()).collect()
         };
         let (mut controller, mut stand) = (channels(), VirtualRig::new(&rig).unwrap());
         let mut tripped = false;

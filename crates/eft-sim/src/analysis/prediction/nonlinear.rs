@@ -52,7 +52,7 @@ impl Unknown {
         let valve = &plant.servovalve;
         Self {
             overlap: valve.overlap - rig.servovalve.overlap,
-            null: rig.opening_at_rest() - valve.null_bias,
+            null: rig.opening_at_rest(0) - valve.null_bias,
             underlap: (-rig.servovalve.overlap).max(0.0),
             friction: plant.actuator.friction,
             friction_velocity: plant.actuator.friction_velocity,

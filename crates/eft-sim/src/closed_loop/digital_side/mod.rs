@@ -41,7 +41,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     pub(crate) fn new<'a>(
         rig: &dyn Fn(usize) -> &'a RigConfig,
         sample_rate: f64,
-        actuator: u64,
+        actuator: usize,
     ) -> Result<Self> {
         let lanes = 0..S::LANES;
         let parameters: Vec<_> =
@@ -51,10 +51,10 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         let kind = ChannelKind::of(rig(0));
         let source = if S::LANES == C::LANES && kind == ChannelKind::Learning {
             Source::Learning(Box::new(LearningLanes::new(&parameters, &controllers, |i| {
-                rig(i).calibration.as_ref()
+                rig(i).calibration.of(actuator)
             })?))
         } else if S::LANES != C::LANES || kind != ChannelKind::Controller {
-            let of = |(i, p)| RigChannel::new(p, rig(i).calibration.as_ref());
+            let of = |(i, p)| RigChannel::new(p, rig(i).calibration.of(actuator));
             let channels = parameters.iter().enumerate().map(of).collect::<Result<_>>()?;
             Source::Channels(channels, Box::default())
         } else {
@@ -64,13 +64,13 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             let nominal = controllers[i].nominal();
             controllers[i].null_signal(source.calibration(i).unwrap_or(&nominal)).to_f64()
         };
-        let sensors = Sensors::new(&rig, sample_rate, actuator);
+        let sensors = Sensors::new(&rig, sample_rate, actuator as u64);
         let delay = |i: usize| rig(i).compensation.computation_delay as usize;
         let computation = DelayLines::new(S::LANES, delay, null_signal);
         let command_delay = CommandDelay::new(|i| rig(i).controller.force_delay * sample_rate);
         let realization = rig(0).controller.realization;
         let rest = |i: usize| match realization {
-            Realization::Digital => rig(i).null_command(),
+            Realization::Digital => rig(i).null_command(actuator),
             Realization::Analog => null_signal(i),
         };
         let dac = Dac::new(|i| &rig(i).plant().dac, rest);

@@ -73,7 +73,7 @@ fn identifier(name: &str) -> Result<&str> {
 
 /// Refuses settings that only the firmware itself can realize.
 pub(crate) fn exportable(rig: &RigConfig) -> Result<()> {
-    if let Some(saved) = &rig.calibration {
+    if let Some(saved) = rig.calibration.of(0) {
         let allowed =
             "must be left out: firmware starts from it by `Learner::start_from` or `eft_start_from_f32`";
         return Err(Error::value("calibration.version", saved.version, allowed));

@@ -116,7 +116,7 @@ fn a_saved_calibration_is_refused() {
         null_offset: 1e-4,
     };
     (calibration.curve.asymmetry_deviation, calibration.curve.error) = (1e-3, 1e-6);
-    let saved = rig.with(|rig| rig.calibration = Some(calibration)).unwrap();
+    let saved = rig.with(|rig| rig.calibration = calibration.into()).unwrap();
     for target in [Target::Rust, Target::C] {
         let refusal = export(&saved, Some("rig"), target).unwrap_err().to_string();
         assert!(refusal.starts_with("calibration.version"), "{refusal}");

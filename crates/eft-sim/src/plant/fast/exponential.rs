@@ -88,7 +88,10 @@ impl<S: Num> Exponential<S> {
             plant: PlainPlant::pack(rig)?,
             propagator: Propagator::pack(|i| &propagators[i]),
             cell_gain: S::from_lanes(cell_gain),
-            at_rest: [S::from_lanes(|i| rig(i).opening_at_rest()), S::from_lanes(|i| rig(i).null_command())],
+            at_rest: [
+                S::from_lanes(|i| rig(i).opening_at_rest(0)),
+                S::from_lanes(|i| rig(i).null_command(0)),
+            ],
         })
     }
 
