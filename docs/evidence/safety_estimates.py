@@ -24,7 +24,11 @@ G = 9.80665
 SOURCES = ("derivative", "observer", "accelerometer")
 FAULTS = tuple((signal, kind) for signal in ("force", "displacement", "spool") for kind in KINDS)
 OFF: dict[str, object] = {"truth.servovalve.null_bias": 0.02}
-COARSE: dict[str, object] = {"truth.sensors.displacement.noise": 0.0, "truth.sensors.displacement.bits": 12}
+COARSE: dict[str, object] = {
+    "truth.sensors.displacement.noise": 0.0,
+    "truth.sensors.displacement.bits": 12,
+    "protection.displacement_noise": None,
+}
 SOUND: dict[tuple[str, str], dict[str, object]] = {
     ("none", "sound"): {},
     ("none", "null bias"): OFF,
@@ -36,7 +40,8 @@ def estimating(known: eft.Rig, source: str) -> tuple[eft.Rig, float, float]:
     """A protected rig that estimates its velocity, and its two levels.
 
     The displacement of a derivative has a twentieth of the noise of `safety_sizes`, because the how-to
-    advises against a derivative of a noisy displacement. An accelerometer has 0.05 % of ±2 g.
+    advises against a derivative of a noisy displacement. It is stated, except for that of 12 bits. An
+    accelerometer has 0.05 % of ±2 g.
     """
     rig, force_level, displacement_level = protected(known)
     changes: dict[str, object] = {
@@ -46,6 +51,7 @@ def estimating(known: eft.Rig, source: str) -> tuple[eft.Rig, float, float]:
     if source == "derivative":
         noise = 2.5e-5 * float(known["actuator.stroke"])
         changes |= {"truth.sensors.displacement.noise": noise, "truth.sensors.displacement.bits": 20}
+        changes["protection.displacement_noise"] = noise
     if source == "accelerometer":
         sensor = {"noise": 1e-3 * G, "range": 2 * G, "bits": 16}
         changes |= {f"truth.sensors.acceleration.{key}": value for key, value in sensor.items()}

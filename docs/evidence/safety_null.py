@@ -24,12 +24,15 @@ SCHEMES: dict[str, dict[str, object]] = {
 }
 SETTLES = 1.5
 """Time (s) until the valve closes, within which the peaks are taken."""
+CLOSED, LASTS = 2.5, 12.0
+"""Times (s) after a fault between which the force of the closed valve is taken."""
 AT_FIRST, LATER = (0.0,), tuple(3.0 + moment / 12.0 for moment in range(8))
 
 
 def null() -> Iterator[dict[str, object]]:
     """One row per scheme, fault and bias: the worst of the moments."""
-    values = np.asarray(eft.sine_sweep(6000.0, 1.5, 1.5, 6.0, RATE).values)
+    sine = np.asarray(eft.sine_sweep(6000.0, 1.5, 1.5, 6.0, RATE).values)
+    values = np.pad(sine, (0, int(LASTS * RATE)))
     stops = {"actuator.stop_stiffness": 1e8, "controller.realization": "digital"}
     base = eft.Rig.zhao2005().replace(safety.LEVELS | random_rigs.noise(1) | stops)
     for scheme, changes in SCHEMES.items():
@@ -37,12 +40,15 @@ def null() -> Iterator[dict[str, object]]:
             for starts in (AT_FIRST,) if kind == "none" else (LATER, AT_FIRST):
                 for bias in BIASES:
                     rig = base.replace(changes | {"truth.servovalve.null_bias": bias})
-                    forces, motions, causes = [], [], []
+                    forces, motions, closed, causes = [], [], [], []
                     for start in starts:
                         failing = rig if kind == "none" else rig.replace(safety.fault("force", kind, start))
-                        length = int((6.0 if kind == "none" else start + SETTLES) * RATE)
+                        end = 6.0 if kind == "none" else start + SETTLES
+                        length = int((end if kind == "none" else start + LASTS) * RATE)
                         run = eft.simulate(failing, eft.Command(values[:length], RATE))
-                        after = slice(int(start * RATE), None)
+                        after = slice(int(start * RATE), int(end * RATE))
+                        if kind != "none":
+                            closed.append(safety.largest(run.force[int((start + CLOSED) * RATE) :]))
                         forces.append(safety.largest(run.force[after]))
                         motions.append(safety.largest(run.displacement[after]))
                         causes.append(run.cause.name.lower())
@@ -53,6 +59,7 @@ def null() -> Iterator[dict[str, object]]:
                         "bias": bias,
                         "force": max(forces),
                         "displacement": max(motions),
+                        "closed": max(closed, default=0.0),
                         "causes": " ".join(sorted(set(causes))),
                     }
 

@@ -54,9 +54,12 @@ def _of_null_bias() -> str:
                 for row in rows
                 if (row["kind"], row["start"], abs(float(row["bias"]))) == (kind, start, size)
             ]
-            force, moved = (max(float(row[key]) for row in found) for key in ("force", "displacement"))
+            force, moved, closed = (
+                max(float(row[key]) for row in found) for key in ("force", "displacement", "closed")
+            )
             alarm = " (alarm)" if kind == "none" and {row["causes"] for row in found} != {"none"} else ""
-            cells.append(f"{force / 1e3:.1f} kN, {1e3 * moved:.0f} mm{alarm}")
+            later = "" if kind == "none" else f", closed {closed / 1e3:.1f} kN"
+            cells.append(f"{force / 1e3:.1f} kN, {1e3 * moved:.0f} mm{later}{alarm}")
         moment = "at the first sample" if start == "0" else "from 3 s on"
         name = "sound" if kind == "none" else f"{'lost' if kind == 'lost' else 'wrong sign'} {moment}"
         text.append(f"| {name} | " + " | ".join(cells) + " |")
