@@ -5,7 +5,7 @@ from __future__ import annotations
 import rules
 from lemma import Case, Formulas, Lemma, Twin
 
-from lemmas.bounds import FULL, LARGEST, MOST, is_set, protection_bounds, protection_state, untouched
+from lemmas.bounds import LARGEST, MOST, is_set, protection_bounds, protection_state, untouched
 
 REFUSED = 32 | 64
 
@@ -36,7 +36,7 @@ def _shows(v: Case) -> Formulas:
             (abs(v.force) > force.shutdown)
             & (abs(v.force) > force.trip)
             & (abs(v.force) <= MOST)
-            & (s.by_flow.same(0) | (s.settled.__0 >= FULL))
+            & (s.by_flow.same(0) | s.scale.__0.same(0))
         ).implies(is_set(after.shut_down)),
         "lost measurements shut down": (v.force.is_nan() & (s.lost >= v.config.lost_samples)).implies(
             is_set(after.shut_down)

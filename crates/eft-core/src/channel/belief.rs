@@ -164,7 +164,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         // Without a motion there is nothing to follow, and a closed valve drifts least.
         let rests = protected.open && watch.rests(&state.plausibility);
         let velocity = velocity * if rests { zero } else { protected.level };
-        let velocity = if protected.open {
+        let velocity = if protected.open && !state.protection.follows_flow() {
             let excess = state.plausibility.null_excess(self.added_null(state), protected.authority);
             velocity - watch.velocity_of(excess, believed.spool)
         } else {

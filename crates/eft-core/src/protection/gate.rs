@@ -147,13 +147,14 @@ impl<T: Real> SensorGate<T> {
         signal.is_stiller(self.chance)
     }
 
-    /// Whether a reading stands still although its sensor was moving and has noise, as a stuck sensor's does.
+    /// Whether a reading repeats itself for the third time although its sensor was moving and has noise, as a stuck
+    /// sensor's does. A slower converter repeats a reading once or twice.
     #[inline(always)]
     pub(crate) fn stands(&self, signal: &Signal<T>, still: T, reading: T) -> bool {
-        signal.seen
+        signal.repeats + 1 >= SEVERAL
+            && reading == signal.last
             && signal.liveliness > T::splat(ALIVE)
             && signal.slope.abs() > T::splat(MOVING) * still
-            && (reading - signal.last).abs() <= still
     }
 
     /// Largest jump of the force at a velocity (m/s); friction changes its sign with it.

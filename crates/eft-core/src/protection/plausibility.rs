@@ -150,13 +150,16 @@ pub(crate) struct PlausibilityState<T> {
     /// The low-passed velocity (m/s) by the flow balance, and the last force (N) in it.
     by_flow: T,
     last_force: T,
+    /// Whether there has been a force, and a displacement.
+    has_force: bool,
+    has_displacement: bool,
     load_pressure: LoadPressureState<T>,
     /// Time (s) of the balanced samples, up to [`MEMORY`].
     age: T,
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias beyond the known.
     null: T,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, by_flow, last_force, load_pressure, age, null);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, by_flow, last_force, has_force, has_displacement, load_pressure, age, null);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -209,9 +212,10 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         known: &Known<T>,
     ) -> Cause {
         if input.displacement.is_finite() {
-            if !(state.age > T::splat(0.0)) {
+            if !state.has_displacement {
                 // The displacement before the first sample is unknown.
                 state.derivative = self.derivative.at_rest(input.displacement);
+                state.has_displacement = true;
             }
             state.velocity = self.derivative.step(&mut state.derivative, input.displacement);
         }
@@ -230,9 +234,16 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         if cause != Cause::None {
             // A wrong velocity makes a true force jump as well.
             state.by_balance |= cause == Cause::ForceImplausible;
+            // Two sensors may share a cable. The second one must not count as a lost measurement.
+            state.distrust(cause);
+            let second = self.lost(state);
+            state.distrust(second);
             return cause;
         }
-        let stuck = self.stuck(state, input, velocity, known.command);
+        // After a trip by a sensor the command is not followed, so that it says nothing about the force.
+        let followed = !state.distrusted.contains(&true);
+        let command = if followed { known.command } else { T::splat(f64::NAN) };
+        let stuck = self.stuck(state, input, velocity, command);
         if stuck != Cause::None {
             return stuck;
         }
@@ -348,11 +359,11 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         known: &Known<T>,
     ) {
         // The force before the first sample is unknown.
-        let before = if state.age > T::splat(0.0) { state.last_force } else { force };
+        let before = if state.has_force { state.last_force } else { force };
         let oil = self.oil * self.rate * (force - before);
         let passed = known.flow_gain * (flow.root * flow.at_no_load);
         follow(&mut state.by_flow, self.moved, (passed - self.leakage * force - oil) / self.area);
-        state.last_force = force;
+        (state.last_force, state.has_force) = (force, true);
     }
 
     /// The opening that should follow from the valve command.

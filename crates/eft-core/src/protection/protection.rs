@@ -113,7 +113,8 @@ impl<T: Real> Protection<T> {
             state.command = command;
         }
         count(&mut state.unasked, !commanded);
-        let settles = self.settles_by_flow(state);
+        // The closed loop stops a motion that only the flow balance shows, with a smaller force than a closed valve.
+        let stops = state.by_flow && !state.scale.is_zero();
         let [mut warning, mut shutdown, mut valid] = [false, false, true];
         let mut cause = Cause::None;
         for (limit, value, beyond) in [
@@ -131,13 +132,13 @@ impl<T: Real> Protection<T> {
                 warning = true;
                 if size > limit.trip {
                     cause = if cause == Cause::None { beyond } else { cause };
-                    shutdown |= size > limit.shutdown && !(settles && beyond == Cause::ForceLevel);
+                    shutdown |= size > limit.shutdown && !(stops && beyond == Cause::ForceLevel);
                 }
             }
         }
         count(&mut state.lost, !valid);
         // A force that remains after the ramp, or a wrong sensor, shows that the loop does not work.
-        let unruly = force.abs() > self.force.warning && !settles || state.distrusted;
+        let unruly = force.abs() > self.force.warning || state.distrusted;
         let stays = before && state.scale.is_zero() && unruly;
         let lost = state.lost > self.lost_samples;
         if state.unasked > self.lost_samples && cause == Cause::None {
@@ -159,7 +160,7 @@ impl<T: Real> Protection<T> {
         if state.tripped.is_corrupt() || state.shut_down.is_corrupt() {
             (cause, shutdown) = (Cause::StateCorrupt, true);
         }
-        if let (Some(_), Cause::ForceLevel, false) = (&self.settle, cause, settles) {
+        if let (Some(_), Cause::ForceLevel, false) = (&self.settle, cause, stops) {
             // A loop with a correct sensor keeps the force near its command.
             let share = state.scale.share::<T>();
             shutdown |= (share * state.command - force).abs() > T::splat(FOLLOWED) * self.force.trip;
@@ -190,19 +191,6 @@ impl<T: Real> Protection<T> {
                 | flag(!commanded, status::INVALID_COMMAND)
                 | flag(untimely.is_some(), status::MISSED_TICK)
                 | (state.cause as u32) << status::CAUSE_SHIFT,
-        }
-    }
-
-    /// Whether the closed loop may still stop the motion that is known from the flow balance alone. A closed valve would make
-    /// a larger force than the one that remains.
-    #[inline(always)]
-    fn settles_by_flow(&self, state: &mut ProtectionState<T>) -> bool {
-        match self.settle {
-            Some(settle) if state.by_flow && !state.shut_down.is_set() => {
-                state.settled = state.settled.up(settle);
-                state.settled.share::<T>() < T::splat(1.0)
-            }
-            _ => false,
         }
     }
 

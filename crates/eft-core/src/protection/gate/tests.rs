@@ -36,17 +36,18 @@ fn a_spike_is_lost_and_a_step_stays_lost() {
 }
 
 #[test]
-fn a_reading_stands_if_a_lively_sensor_that_moved_does_not_any_more() {
+fn a_reading_stands_at_the_third_repetition_of_a_lively_sensor_that_moved() {
     let gate = gate();
-    let moving = Signal { last: 2.0, slope: 0.51, liveliness: 0.8, seen: true, ..Signal::default() };
+    let moving =
+        Signal { last: 2.0, slope: 0.51, liveliness: 0.8, repeats: 2, seen: true, ..Signal::default() };
     let stands = |signal: Signal<f64>, reading: f64| gate.stands(&signal, 0.01, reading);
-    assert!(stands(moving, 2.0) && stands(moving, 2.009) && stands(Signal { slope: -0.51, ..moving }, 1.991));
-    assert!(!stands(moving, 2.011) && !stands(moving, f64::NAN));
-    // Slow, without noise, or not seen before.
+    assert!(stands(moving, 2.0) && stands(Signal { slope: -0.51, ..moving }, 2.0));
+    assert!(!stands(moving, 2.001) && !stands(moving, f64::NAN));
+    // For the second time, slow, or without noise.
     for other in [
+        Signal { repeats: 1, ..moving },
         Signal { slope: 0.49, ..moving },
         Signal { liveliness: 0.7, ..moving },
-        Signal { seen: false, ..moving },
     ] {
         assert!(!stands(other, 2.0), "{other:?}");
     }
