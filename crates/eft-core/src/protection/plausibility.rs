@@ -8,6 +8,7 @@
 mod blame;
 mod load_pressure;
 mod residuals;
+mod state;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -16,13 +17,13 @@ use crate::cause::Cause;
 use crate::integrity::integrity;
 use crate::learning::{FlowModel, ModelFlow};
 use crate::number::Real;
-use crate::protection::gate::{SensorGate, Signal};
+use crate::protection::gate::SensorGate;
 use crate::signals::Input;
 use crate::status;
-use crate::velocity::{FilteredDerivative, FilteredDerivativeState};
-use load_pressure::LoadPressureState;
+use crate::velocity::FilteredDerivative;
 pub(super) use load_pressure::LoadPressureWatch;
-use sums::{Began, Evidence, Sum, follow};
+pub(crate) use state::PlausibilityState;
+use sums::follow;
 
 /// Share of the limits that is enough if the force is far from its command.
 const ASTRAY: f64 = 0.5;
@@ -31,9 +32,6 @@ const SETTLED: f64 = 8.0e-3;
 /// Time (s) over which the null bias is averaged, and the time without a bias with which its mean begins.
 const MEMORY: f64 = 4.0;
 const BEFORE: f64 = 0.1;
-/// Null bias (1) that is not compensated for, because the test's swings may leave it in the mean. Twice as much is
-/// compensated for.
-const DOUBT: f64 = 0.003;
 /// Largest null bias (1) that is compensated for while the force loop is open.
 const NULL: f64 = 0.05;
 
@@ -101,65 +99,6 @@ pub(super) const STROKE: usize = 3;
 pub(super) const TURNED: usize = 4;
 pub(super) const RATIO: usize = 5;
 pub(super) const AGAINST: usize = 6;
-
-/// The state of a watch. `default()` is a rig at rest without a known null bias.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub(crate) struct PlausibilityState<T> {
-    signals: [Signal<T>; 4],
-    distrusted: [bool; 4],
-    /// Command (N) and displacement (m) when force and velocity last changed.
-    marks: [T; 2],
-    derivative: FilteredDerivativeState<T>,
-    velocity: T,
-    /// The sensor's velocity (m/s) after the same low-passes.
-    smooth: [T; 2],
-    flow: T,
-    last_velocity: T,
-    /// Low-passed: flow of the valve, of piston and leakage, force, velocity, displacement.
-    lows: [T; 5],
-    /// High-passes of residual, valve's flow and oil's flow.
-    highs: [[T; 2]; 3],
-    /// The valve model's opening, the low-passed openings of the valve model and of the spool, and their further low-passes.
-    valve: [T; 6],
-    envelopes: [T; 6],
-    /// Smallest recent distance of the spool from null (1).
-    near_null: T,
-    /// Velocity, its difference from the displacement's, and the flow's residual, with a further low-pass.
-    fine: [T; 3],
-    sums: [Sum<T>; 7],
-    /// The last displacement (m) of the motion's balance, and whether this sample follows it.
-    displacement: T,
-    goes_on: bool,
-    /// For the sums of motion and ratio.
-    began: [Began<T>; 2],
-    /// Average (m⁴/s²) of the squared flow residual with the velocity minus that with the displacement, over twice the
-    /// piston area.
-    worse: T,
-    /// Evidence about the motion since its sum began.
-    evidence: Evidence<T>,
-    /// Set when the force is blamed for a flow balance that contains the velocity as well, or for a jump.
-    by_balance: bool,
-    /// The last followed velocity (m/s), the remaining step from the previous source (m/s), and the source.
-    followed: T,
-    step: T,
-    source: u32,
-    /// The low-passed velocity (m/s) of the brake.
-    braked: T,
-    /// The low-passed velocity (m/s) by the flow balance, and the last force (N) in it.
-    by_flow: T,
-    last_force: T,
-    /// Whether there has been a force, and a displacement.
-    has_force: bool,
-    has_displacement: bool,
-    load_pressure: LoadPressureState<T>,
-    /// Time (s) of the balanced samples, up to [`MEMORY`].
-    age: T,
-    /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias beyond the known.
-    null: T,
-}
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, by_flow, last_force, has_force, has_displacement, load_pressure, age, null);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -376,103 +315,5 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             let asked = follow(first, self.lag, asked);
             follow(opening, self.lag, asked);
         }
-    }
-}
-
-impl<T: Real> PlausibilityState<T> {
-    /// Distrusts a sensor from now on.
-    #[inline(always)]
-    pub(crate) fn distrust(&mut self, cause: Cause) {
-        let [force, displacement, velocity, spool] = &mut self.distrusted;
-        match cause {
-            Cause::ForceLost | Cause::ForceImplausible => *force = true,
-            Cause::DisplacementLost | Cause::DisplacementImplausible => *displacement = true,
-            Cause::VelocityLost | Cause::VelocityImplausible => *velocity = true,
-            Cause::SpoolLost | Cause::SpoolImplausible => *spool = true,
-            _ => {}
-        }
-    }
-
-    /// The state before the first sample, with what is known of sensors and valve. The spool is at the known null (1).
-    pub(crate) fn begun_anew(&self, null_bias: T) -> Self {
-        let Self { distrusted, by_balance, null, followed, step, source, braked, .. } = *self;
-        let load_pressure = self.load_pressure.begun_anew();
-        Self {
-            distrusted,
-            by_balance,
-            null,
-            followed,
-            step,
-            source,
-            braked,
-            load_pressure,
-            valve: [null_bias; 6],
-            ..Self::default()
-        }
-    }
-
-    /// The last accepted readings of force, displacement, velocity and spool; NaN before the first one.
-    #[inline(always)]
-    pub(crate) fn accepted(&self) -> [T; 4] {
-        let last = |signal: &Signal<T>| if signal.seen { signal.last } else { T::splat(f64::NAN) };
-        let [force, displacement, velocity, spool] = &self.signals;
-        [last(force), last(displacement), last(velocity), last(spool)]
-    }
-
-    /// Whether the reading of the force jumped in this tick.
-    #[inline(always)]
-    pub(crate) fn force_jumped(&self) -> bool {
-        let [force, ..] = &self.signals;
-        force.lost > 0 && force.jumped
-    }
-
-    /// The excess (1) of the valve's opening at its known null and the opening that a calibration adds. A small one may be
-    /// an error of the flow gain in a swing, and is zero. At an authority (1) of zero there is no swing, and if the mean
-    /// is still taken its error decays.
-    #[inline(always)]
-    pub(crate) fn null_excess(&self, added: T, authority: T) -> T {
-        let (zero, one) = (T::splat(0.0), T::splat(1.0));
-        let left = self.null + added;
-        let [_, others @ ..] = self.distrusted;
-        let doubt = if others.contains(&true) { one } else { authority };
-        let sure = (left.abs() * T::splat(1.0 / DOUBT) - one).limit(zero, one);
-        left * (one - doubt * (one - sure))
-    }
-
-    /// Whether the force is blamed for a flow balance that contains the velocity as well, or for a jump.
-    #[inline(always)]
-    pub(crate) fn is_by_balance(&self) -> bool {
-        self.by_balance
-    }
-
-    /// Whether the flow agrees better with the displacement than with the velocity.
-    #[inline(always)]
-    pub(crate) fn contradicts_velocity(&self) -> bool {
-        !self.evidence.is_of_displacement()
-    }
-
-    /// The distrusted sensors, in the order of [`FORCE`] and its siblings.
-    #[inline(always)]
-    pub(crate) fn distrusted(&self) -> [bool; 4] {
-        self.distrusted
-    }
-
-    /// The velocity (m/s) from the displacement.
-    #[inline(always)]
-    pub(crate) fn velocity(&self) -> T {
-        self.velocity
-    }
-
-    /// The velocity (m/s) by the flow balance.
-    #[inline(always)]
-    pub(crate) fn velocity_by_flow(&self) -> T {
-        self.by_flow
-    }
-
-    /// The spool opening (1) from the valve command.
-    #[inline(always)]
-    pub(crate) fn spool(&self) -> T {
-        let [_, opening, ..] = self.valve;
-        opening
     }
 }

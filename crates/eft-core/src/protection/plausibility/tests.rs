@@ -4,6 +4,7 @@
 
 mod equations;
 mod judgement;
+mod null;
 
 use super::*;
 use crate::parameters::Parameters;

@@ -1,16 +1,16 @@
 //! One tick of the watch against the equations of its residuals and tolerances, from a state without a zero.
 
 use super::*;
-use crate::protection::plausibility::sums::{envelope, rest};
+use crate::protection::plausibility::sums::{Began, Sum, envelope, rest};
 
-const PERIOD: f64 = 1.0 / 4096.0;
-const SPOOL: f64 = 0.2;
-const FORCE: f64 = 4000.0;
+pub(super) const PERIOD: f64 = 1.0 / 4096.0;
+pub(super) const SPOOL: f64 = 0.2;
+pub(super) const FORCE: f64 = 4000.0;
 const VELOCITY: f64 = 0.3;
 const DISPLACEMENT: f64 = 0.01;
 
 /// The paper's rig with round coefficients and wide limits.
-fn round() -> Plausibility<f64, 21> {
+pub(super) fn round() -> Plausibility<f64, 21> {
     Plausibility {
         period: PERIOD,
         rate: 4096.0,
@@ -38,7 +38,7 @@ fn round() -> Plausibility<f64, 21> {
 /// Each sum begins in its middle.
 const MIDDLE: f64 = 1.0;
 
-fn before() -> PlausibilityState<f64> {
+pub(super) fn before() -> PlausibilityState<f64> {
     PlausibilityState {
         lows: [0.4, 0.7, 3000.0, 0.2, 0.009],
         highs: [[0.06, 0.01], [0.05, 0.02], [0.08, 0.03]],
@@ -59,11 +59,11 @@ fn before() -> PlausibilityState<f64> {
     }
 }
 
-fn input() -> Input<f64> {
+pub(super) fn input() -> Input<f64> {
     Input { force: FORCE, displacement: DISPLACEMENT, velocity: VELOCITY, spool: SPOOL, ..Input::default() }
 }
 
-fn known() -> Known<f64> {
+pub(super) fn known() -> Known<f64> {
     Known { command: 0.0, valve_command: 1.0, flow_gain: 1.2, valve_gain: 1.0, supply: 0.9 }
 }
 
@@ -76,12 +76,15 @@ fn sum(
     watch.sum_up(state, input, VELOCITY, &watch.valve_flow(input, known), known);
 }
 
-fn summed(watch: &Plausibility<f64, 21>, mut state: PlausibilityState<f64>) -> PlausibilityState<f64> {
+pub(super) fn summed(
+    watch: &Plausibility<f64, 21>,
+    mut state: PlausibilityState<f64>,
+) -> PlausibilityState<f64> {
     sum(watch, &mut state, &input(), &known());
     state
 }
 
-fn near(what: &str, found: f64, expected: f64) {
+pub(super) fn near(what: &str, found: f64, expected: f64) {
     assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{what}: {found:e}, not {expected:e}");
 }
 
@@ -98,7 +101,7 @@ fn added(what: &str, sum: &Sum<f64>, residual: f64, tolerance: f64) {
 }
 
 /// Flow (m³/s) of the valve, of piston and leakage, and of the oil, low-passed.
-fn flows() -> [f64; 3] {
+pub(super) fn flows() -> [f64; 3] {
     let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
     let root = libm::sqrt(0.9 - FORCE / (RIG.piston_area * RIG.supply_pressure));
     let mean = 0.5 * (1.2 * root * table.flow(SPOOL) + 0.003);
@@ -170,104 +173,6 @@ fn until_the_low_passes_have_settled_all_of_a_residual_is_its_mean() {
     // The force before the first sample counts as the first one.
     let first = summed(&round(), PlausibilityState { age: 0.0, ..before() });
     near("force", first.lows[2], FORCE);
-}
-
-#[test]
-fn the_null_bias_is_the_mean_opening_of_the_residual() {
-    let [passed, taken, oil] = flows();
-    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
-    let slope = (table.flow(0.201) - table.flow(SPOOL)) / 1e-3;
-    let root = libm::sqrt(0.9 - FORCE / (RIG.piston_area * RIG.supply_pressure));
-    let open = ((taken + oil - passed) / (1.2 * root * slope)).clamp(-0.05, 0.05);
-    // The mean is over 4 s, and 0.1 s without a bias before the first one.
-    for (age, time) in [(0.0, 0.1 + PERIOD), (1.0, 1.1 + PERIOD), (4.0, 4.1)] {
-        let oil = if age > 0.0 { open } else { ((taken - passed) / (1.2 * root * slope)).clamp(-0.05, 0.05) };
-        let state = summed(&round(), PlausibilityState { age, ..before() });
-        near("null", state.null, 0.01 + (oil - 0.01) * PERIOD / time);
-        near("age", state.age, f64::min(age + PERIOD, 4.0));
-    }
-}
-
-#[test]
-fn without_the_force_the_null_bias_is_learned_from_piston_and_spool() {
-    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
-    let (watch, known) = (round(), known());
-    let slope = (table.flow(0.201) - table.flow(SPOOL)) / 1e-3;
-    let gain = 1.2 * libm::sqrt(0.9);
-    for (velocity, limited) in [(0.5 * gain * table.flow(SPOOL) + 0.01 * gain * slope, false), (0.3, true)] {
-        for (distrusted, learns) in
-            [([true, false, false, false], true), ([true, false, false, true], false), ([false; 4], false)]
-        {
-            let mut state = PlausibilityState { velocity, distrusted, ..before() };
-            watch.learn_null_without_force(&mut state, &input(), &known);
-            let open = (2.0 * velocity - gain * table.flow(SPOOL)) / (gain * slope);
-            let expected = if limited { 0.05 } else { open };
-            let expected = if learns { 0.01 + (expected - 0.01) * PERIOD / (1.1 + PERIOD) } else { 0.01 };
-            near("null", state.null, expected);
-        }
-    }
-    let mut state = PlausibilityState { distrusted: [true, false, false, false], ..before() };
-    watch.learn_null_without_force(&mut state, &Input { spool: f64::NAN, ..input() }, &known);
-    near("a lost spool", state.null, 0.01);
-}
-
-#[test]
-fn an_excess_of_the_opening_moves_the_piston_by_the_slope_of_the_flow() {
-    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
-    let slope = (table.flow(0.201) - table.flow(SPOOL)) / 1e-3;
-    // The area is 2 m².
-    let found = round().velocity_of(0.006, SPOOL);
-    assert!((found - 0.5 * slope * 0.006).abs() < 1e-12, "{found}");
-}
-
-#[test]
-fn a_small_excess_at_null_counts_when_the_valve_has_closed() {
-    // Nothing of 0.003 and all of 0.006 counts while the loop swings.
-    for (added, left, swinging) in [
-        (0.0, 0.01, 0.01),
-        (-0.004, 0.006, 0.006),
-        (-0.006, 0.004, 0.004 / 3.0),
-        (-0.008, 0.002, 0.0),
-        (-0.0145, -0.0045, -0.0045 / 2.0),
-    ] {
-        for (distrusts, learns) in
-            [([true, false, false, false], true), ([false; 4], true), ([true, true, false, false], false)]
-        {
-            let state = PlausibilityState { distrusted: distrusts, ..before() };
-            let near = |authority: f64, expected: f64| {
-                let found = state.null_excess(added, authority);
-                assert!((found - expected).abs() < 1e-15, "{added} {authority}: {found}");
-            };
-            near(1.0, swinging);
-            near(0.0, if learns { left } else { swinging });
-            near(0.25, if learns { 0.75 * left + 0.25 * swinging } else { swinging });
-        }
-    }
-}
-
-#[test]
-fn the_velocity_by_the_flow_balance_contains_leakage_and_oil() {
-    let (watch, known) = (round(), known());
-    for (has_force, before_force) in [(false, FORCE), (true, 3.0)] {
-        // Also before the first balanced sample, as after a new beginning with a distrusted sensor.
-        let mut state = PlausibilityState { age: 0.0, has_force, last_force: 3.0, by_flow: 0.02, ..before() };
-        let flow = watch.valve_flow(&input(), &known);
-        watch.move_by_flow(&mut state, FORCE, &flow, &known);
-        let passed = 1.2 * (flow.root * flow.at_no_load);
-        let oil = watch.oil * watch.rate * (FORCE - before_force);
-        let velocity = (passed - watch.leakage * FORCE - oil) / 2.0;
-        near("velocity", state.velocity_by_flow(), 0.02 + watch.moved * (velocity - 0.02));
-        near("force", state.last_force, FORCE);
-    }
-}
-
-#[test]
-fn a_piston_rests_below_the_velocity_of_a_reversal() {
-    let mut state = before();
-    for (fastest, rests) in [(1.4, true), (1.5, false)] {
-        state.envelopes[4] = fastest;
-        assert_eq!(round().rests(&state), rests, "{fastest}");
-    }
 }
 
 #[test]
