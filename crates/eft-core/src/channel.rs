@@ -110,6 +110,14 @@ fn resume<T: Real>(velocity: &Velocity<T>, state: &mut ChannelState<T>, input: &
     state.velocity_gap = 0;
 }
 
+/// Lets an estimate of the velocity go over a short gap before a valid displacement.
+#[cold]
+#[inline(never)]
+fn bridge<T: Real>(velocity: &Velocity<T>, state: &mut ChannelState<T>, input: &Input<T>) {
+    velocity.bridge(&mut state.velocity, input.displacement, T::from_u32(state.velocity_gap));
+    state.velocity_gap = 0;
+}
+
 /// Whether a channel has none of the [`Parts`].
 const fn is_plain(p: &Parameters) -> bool {
     matches!(
@@ -235,8 +243,12 @@ impl<T: Real, const N: usize> Channel<T, N> {
     #[inline(always)]
     fn velocity(&self, parts: Parts<'_, T, N>, state: &mut ChannelState<T>, input: &Input<T>) -> T {
         let estimates = !matches!(parts.velocity, Velocity::Sensor);
-        if estimates && state.velocity_gap >= self.gap_ticks && is_valid(input.displacement) {
-            resume(parts.velocity, state, input);
+        if estimates && state.velocity_gap > 0 && is_valid(input.displacement) {
+            if state.velocity_gap >= self.gap_ticks {
+                resume(parts.velocity, state, input);
+            } else {
+                bridge(parts.velocity, state, input);
+            }
         }
         parts.velocity.step(&mut state.velocity, input)
     }

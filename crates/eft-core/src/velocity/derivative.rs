@@ -44,6 +44,12 @@ impl<T: Real> FilteredDerivative<T> {
         state.second
     }
 
+    /// Goes over `gap` lost samples before this displacement (m), so that its step has the mean slope of the gap.
+    pub(crate) fn bridge(&self, state: &mut FilteredDerivativeState<T>, displacement: T, gap: T) {
+        let change = displacement - state.displacement;
+        state.displacement = state.displacement + change * (gap / (gap + T::splat(1.0)));
+    }
+
     /// Resumes after `ticks` samples of which all but this one were lost, as if the displacement (m) had changed
     /// linearly.
     pub(crate) fn resumed(

@@ -106,6 +106,17 @@ impl<T: Real> Velocity<T> {
         }
     }
 
+    /// Goes over `gap` lost ticks before a valid displacement (m), so that its change does not count as that of one tick.
+    pub(crate) fn bridge(&self, state: &mut VelocityState<T>, displacement: T, gap: T) {
+        match self {
+            Self::Sensor => {}
+            Self::Derivative(derivative) => derivative.bridge(&mut state.derivative, displacement, gap),
+            Self::Observer(observer, _) | Self::Accelerometer(observer) => {
+                observer.bridge(&mut state.observer, gap);
+            }
+        }
+    }
+
     /// One sample: the velocity (m/s).
     #[inline(always)]
     pub(crate) fn step(&self, state: &mut VelocityState<T>, input: &Input<T>) -> T {
@@ -204,6 +215,32 @@ mod tests {
             assert!(derivative.step(&mut d, bad).is_nan());
         }
         assert!(s == before && d == before_d);
+    }
+
+    #[test]
+    fn lost_samples_of_a_motion_leave_its_estimate() {
+        let gains = [0.05, 5.0, 50.0];
+        let sources = [
+            VelocitySource::Derivative { corner: 80.0 },
+            VelocitySource::Observer { gains, mass: 4.0 },
+            VelocitySource::Accelerometer { gains },
+        ];
+        for (velocity, gap) in sources.map(made).iter().zip([1, 3, 9]) {
+            let at = |tick: u32| Input {
+                displacement: 0.5 * f64::from(tick) / RATE,
+                acceleration: 0.0,
+                force: 0.0,
+                ..Input::default()
+            };
+            let mut state = velocity.resumed(&VelocityState::default(), &at(0), None);
+            for tick in 0..40_000 {
+                velocity.step(&mut state, &at(tick));
+            }
+            let first = at(40_000 + gap);
+            velocity.bridge(&mut state, first.displacement, f64::from(gap));
+            let found = velocity.step(&mut state, &first);
+            assert!((found - 0.5).abs() < 1e-6, "{velocity:?}: {found}");
+        }
     }
 
     fn made(velocity_source: VelocitySource) -> Velocity<f64> {

@@ -58,6 +58,14 @@ impl<T: Real> VelocityObserver<T> {
         state.velocity
     }
 
+    /// Goes over `gap` lost samples, as they are foreseen with the last acceleration.
+    pub(crate) fn bridge(&self, state: &mut VelocityObserverState<T>, gap: T) {
+        let time = gap * self.period;
+        let mean = state.acceleration + state.drift;
+        state.displacement = state.displacement + time * (state.velocity + T::splat(0.5) * time * mean);
+        state.velocity = state.velocity + time * mean;
+    }
+
     /// Resumes after `ticks` samples of which all but this one were lost, as if the displacement (m) had changed
     /// linearly.
     pub(crate) fn resumed(
