@@ -210,6 +210,11 @@ fn an_opened_loop_compensates_for_the_null_bias_and_not_for_a_fault() {
         // It keeps standing with the opening at which it stood, for which the valve needs 0.1 V.
         let opened = voltage(800.0, 0.01, 200, true);
         assert!((opened - 0.01 / RIG.valve_gain).abs() < 0.003, "{integral_gain} {learned}: {opened}");
+        // And so does the closed valve.
+        let closed = voltage(800.0, 0.01, 5 * 4096, true);
+        assert_eq!(channel.hold(&state).authority, 0.0);
+        assert!((closed - 0.01 / RIG.valve_gain).abs() < 0.003, "{integral_gain} {learned}: {closed}");
+        assert_eq!(channel.hold(&state).voltage, closed, "{integral_gain} {learned}");
     }
 }
 
