@@ -36,6 +36,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             flow_gain: calibration.flow_gain,
             valve_gain: calibration.valve_gain,
             supply,
+            tripped: state.protection.is_tripped(),
         };
         let cause = watch.judge(&mut state.plausibility, input, believed.velocity, &known);
         let (cause, pressure_failed) = watch.compare_pressure(&mut state.plausibility, input, cause);

@@ -17,6 +17,8 @@ pub(crate) const SPOOL: usize = 3;
 pub(crate) struct SensorGate<T> {
     /// In the signals' units.
     pub(crate) jump: [T; 4],
+    /// Further distance of the displacement (m) with each lost sample, if the velocity is estimated.
+    pub(crate) bend: T,
     /// Jump of the force (N) that friction may add near a reversal, and the velocity (m/s) below which a reversal is near.
     pub(crate) friction: T,
     pub(crate) reversing: T,
@@ -31,7 +33,7 @@ pub(crate) struct SensorGate<T> {
     /// Number of readings in a row that must agree with their prediction after several that jumped.
     pub(crate) returns: u32,
 }
-integrity!(SensorGate<T>: jump, friction, reversing, still, forgetting, chance, share, returns);
+integrity!(SensorGate<T>: jump, bend, friction, reversing, still, forgetting, chance, share, returns);
 
 /// The gate's state of one signal. `default()` is that before the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -65,6 +67,11 @@ impl<T: Real> Signal<T> {
     #[inline(always)]
     pub(crate) fn slope(&self) -> T {
         self.slope
+    }
+
+    /// Accepts the next reading.
+    pub(crate) fn restart(&mut self) {
+        (self.lost, self.seen) = (0, false);
     }
 
     /// Records a reading that disagrees with its prediction, or is no number.

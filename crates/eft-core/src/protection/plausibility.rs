@@ -3,11 +3,13 @@
 //! Three balances have residuals with two-sided cumulative sums. They are the actuator's flow, the velocity compared
 //! with the displacement's derivative, and the spool compared with its command. The flow has a second residual above
 //! the motion's frequencies, where the oil's flow, and with it the force, has a large part. A dead band for the
-//! possible errors of the calibration is subtracted from each residual before the sum.
+//! possible errors of the calibration is subtracted from each residual before the sum. Without a velocity sensor a fourth
+//! comparison notices a displacement of the wrong sign.
 
 mod blame;
 mod load_pressure;
 mod residuals;
+mod reversal;
 mod state;
 mod sums;
 #[cfg(test)]
@@ -22,6 +24,7 @@ use crate::signals::Input;
 use crate::status;
 use crate::velocity::FilteredDerivative;
 pub(super) use load_pressure::LoadPressureWatch;
+pub(super) use reversal::ReversalWatch;
 pub(crate) use state::PlausibilityState;
 use sums::follow;
 
@@ -73,6 +76,9 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) fine: T,
     /// The same of the velocity by the flow balance.
     pub(super) moved: T,
+    pub(super) reversal: ReversalWatch<T>,
+    /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's.
+    pub(super) kick: T,
     /// Reciprocal of the velocity (s/m) below which the direction has a smaller weight.
     pub(super) per_reversal: T,
     /// Share (1) of the step between two sources of the velocity that remains after a sample.
@@ -88,7 +94,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, moved, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, moved, reversal, kick, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
 
 /// The residuals, in the order of their arrays: flow, fast flow, motion, stroke, force's direction, motion's ratio,
 /// spool's direction.
@@ -110,6 +116,8 @@ pub(crate) struct Known<T> {
     pub(crate) flow_gain: T,
     pub(crate) valve_gain: T,
     pub(crate) supply: T,
+    /// Whether the protection has tripped.
+    pub(crate) tripped: bool,
 }
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
@@ -125,13 +133,15 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let [of_force, far @ ..] = self.gate.jump;
         let [_, displacement, velocity, _] = &state.signals;
         let speed = if self.senses_velocity { velocity.last } else { state.velocity };
-        let of_force = self.gate.jump_of_force(of_force, speed);
+        // A velocity that was wrong makes a true force jump, until the valve has followed the other source.
+        let of_force = self.gate.jump_of_force(of_force, speed) + self.kick * state.step.abs();
         let [path, second, third] = far;
         let [_, still, ..] = self.gate.still;
         let [_, _, velocity_distrusted, _] = state.distrusted;
         // An estimate of the velocity must not follow it to zero.
         let estimates = !self.senses_velocity | velocity_distrusted;
         let stands = estimates && self.gate.stands(displacement, still, input.displacement);
+        let path = path + self.gate.bend * T::from_u32(displacement.lost);
         let path = if stands { T::splat(-1.0) } else { path };
         let jumps = [of_force, path, second, third];
         let each = state.signals.iter_mut().zip(jumps).zip(self.gate.still).zip(readings);
@@ -169,6 +179,10 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         if let Some(flow) = &flow {
             self.move_by_flow(state, input.force, flow, known);
         }
+        let astray = (known.command - input.force).abs() > self.astray;
+        if self.is_reversed(state, astray, known.tripped) {
+            return Cause::DisplacementImplausible;
+        }
         let cause = self.lost(state);
         if cause != Cause::None {
             // A wrong velocity makes a true force jump as well.
@@ -200,7 +214,6 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             // The evidence about the motion goes on, in case the velocity was wrong.
             return Cause::None;
         }
-        let astray = (known.command - input.force).abs() > self.astray;
         let cause = self.contradiction(state, if astray { ASTRAY } else { 1.0 });
         state.by_balance |= cause == Cause::ForceImplausible;
         cause
@@ -301,7 +314,9 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let before = if state.has_force { state.last_force } else { force };
         let oil = self.oil * self.rate * (force - before);
         let passed = known.flow_gain * (flow.root * flow.at_no_load);
-        follow(&mut state.by_flow, self.moved, (passed - self.leakage * force - oil) / self.area);
+        let [valve, pressure] = &mut state.by_flow;
+        follow(valve, self.moved, (passed - self.leakage * force) / self.area);
+        follow(pressure, self.moved, oil / self.area);
         (state.last_force, state.has_force) = (force, true);
     }
 

@@ -5,7 +5,7 @@ use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, range, withi
 use crate::learning::FlowModel;
 use crate::parameters::{Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
 use crate::protection::gate::SensorGate;
-use crate::protection::plausibility::{LoadPressureWatch, Plausibility};
+use crate::protection::plausibility::{LoadPressureWatch, Plausibility, ReversalWatch};
 use crate::velocity::FilteredDerivative;
 
 /// Corner (Hz) of the residuals, and of the velocity that replaces a sensor's.
@@ -50,6 +50,11 @@ const FAST_OFFSET: f64 = 7.0e-4;
 /// Share of the greatest flow that an overlap of about one per cent of the stroke blocks near null.
 const OVERLAP: f64 = 0.02;
 
+/// Share of [`OFFSET`] that counts against a displacement of the wrong sign if the force is far from its command.
+const SURE: f64 = 0.2;
+/// Share of the path in which two signals seem to have opposite signs, because one of them is late.
+const TURNS: f64 = 0.35;
+
 /// Natural logarithm, rounded up to a multiple of that of 2.
 const fn logarithm(value: f64) -> f64 {
     let exponent = ((value.to_bits() >> 52) & 0x7ff) as f64 - 1022.0;
@@ -71,9 +76,11 @@ const REVERSING: f64 = 0.05;
 /// Factor on the gate of the force. A single reading beyond the gate is only held, and `lost_samples` in a row trip.
 /// The gate may therefore be narrow.
 const HELD: f64 = 0.56;
-/// Share of its trip level by which a displacement may be off its prediction if the velocity is estimated from it. A wider
-/// jump would be a kick of the velocity.
-const NEAR: f64 = 0.004;
+/// Factor on the path by which the fastest motion leaves its prediction, if the velocity is estimated. A wider jump would be
+/// a kick of the velocity, and a wrong sign near zero would pass.
+const NEAR: f64 = 1.5;
+/// Corner (Hz) of the average of a signal's slope.
+const SLOPE: f64 = 60.0;
 /// Largest change of a still sensor's reading, as a share of the deviation of its noise.
 const STILL: f64 = 0.1;
 
@@ -150,9 +157,10 @@ macro_rules! constructor {
                 // A third more, for the noise of the prediction.
                 let noise = 1.33 * deviations;
                 let senses_velocity = matches!(p.velocity_source, VelocitySource::Sensor);
-                let path = if senses_velocity { swing } else { NEAR };
+                let near = NEAR * velocity * FASTEST / (SLOPE * rate);
+                let path = if senses_velocity { swing * displacement } else { near };
                 let far = if protection.displacement.trip < LARGEST {
-                    noise * displacement_noise + path * displacement
+                    noise * displacement_noise + path
                 } else {
                     f32::MAX as f64
                 };
@@ -174,6 +182,11 @@ macro_rules! constructor {
                 let walk = 2.0 * FASTEST * turned * turned * fine / (2.0 - fine)
                     + velocity_noise * velocity_noise / rate;
                 let ratio_drift = 0.5 * readings * walk / ratio;
+                let offset = OFFSET * greatest / area;
+                // The displacement's noise behind a low-pass at both ends of a sum, and the path in a delay of the fastest
+                // motion at its reversal.
+                let turns = 0.7 * deviations * displacement_noise * root(1e4 * low) / 100.0
+                    + TURNS * core::f64::consts::TAU * FASTEST * velocity * LATE * LATE;
                 let balance = 16.0 * displacement_noise + 0.01 * displacement;
                 let delays = p.computation_delay as f64;
                 let repeats = 3.0e-3 * rate;
@@ -205,6 +218,7 @@ macro_rules! constructor {
                             (noise * velocity_noise + motion * velocity) as $t,
                             (noise * spool_noise + swing * spool) as $t,
                         ],
+                        bend: if senses_velocity { 0.0 } else { near as $t },
                         friction: (FRICTION * capacity) as $t,
                         reversing: (REVERSING * velocity) as $t,
                         still: [
@@ -215,7 +229,7 @@ macro_rules! constructor {
                         ],
                         forgetting: share(1.0, rate) as $t,
                         chance: exponential(-readings) as $t,
-                        share: share(60.0, rate) as $t,
+                        share: share(SLOPE, rate) as $t,
                         returns: protection.lost_samples / 2 + 1,
                     },
                     derivative,
@@ -255,6 +269,12 @@ macro_rules! constructor {
                     late: LATE as $t,
                     fine: fine as $t,
                     moved: share(MOVED, rate) as $t,
+                    reversal: ReversalWatch {
+                        slow: offset as $t,
+                        drift: [(0.25 * offset) as $t, (0.25 * SURE * SURE * offset) as $t],
+                        limit: turns as $t,
+                    },
+                    kick: (area * area / (compressibility * rate)) as $t,
                     per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
                     fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
                     brake: [braking as $t, (1.0 / (BRAKED * velocity)) as $t],

@@ -18,7 +18,7 @@ integrity!(FilteredDerivative<T>: sample_rate, share);
 #[repr(C)]
 pub struct FilteredDerivativeState<T> {
     displacement: T,
-    first: T,
+    pub(crate) first: T,
     second: T,
 }
 integrity!(FilteredDerivativeState<T>: displacement, first, second);

@@ -5,6 +5,7 @@ use super::*;
 fn gate() -> SensorGate<f64> {
     SensorGate {
         jump: [1.0; 4],
+        bend: 0.0,
         friction: 0.0,
         reversing: 0.0,
         still: [0.1; 4],

@@ -144,7 +144,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
 
     /// Whether a reading repeats, or is too still for its noise.
     #[inline(always)]
-    fn is_frozen(&self, signal: &Signal<T>) -> bool {
+    pub(super) fn is_frozen(&self, signal: &Signal<T>) -> bool {
         signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN))
     }
 

@@ -5,6 +5,7 @@ use crate::integrity::integrity;
 use crate::number::Real;
 use crate::protection::gate::Signal;
 use crate::protection::plausibility::load_pressure::LoadPressureState;
+use crate::protection::plausibility::reversal::Reversal;
 use crate::protection::plausibility::sums::{Began, Evidence, Sum};
 use crate::velocity::FilteredDerivativeState;
 
@@ -57,9 +58,10 @@ pub(crate) struct PlausibilityState<T> {
     pub(super) source: u32,
     /// The low-passed velocity (m/s) of the brake.
     pub(super) braked: T,
-    /// The low-passed velocity (m/s) by the flow balance, and the last force (N) in it.
-    pub(super) by_flow: T,
+    /// The low-passed velocities (m/s) by the flows of valve and oil, and the last force (N) in them.
+    pub(super) by_flow: [T; 2],
     pub(super) last_force: T,
+    pub(super) reversal: Reversal<T>,
     /// Whether there has been a force, and a displacement.
     pub(super) has_force: bool,
     pub(super) has_displacement: bool,
@@ -69,7 +71,7 @@ pub(crate) struct PlausibilityState<T> {
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias beyond the known.
     pub(super) null: T,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, by_flow, last_force, has_force, has_displacement, load_pressure, age, null);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, by_flow, last_force, reversal, has_force, has_displacement, load_pressure, age, null);
 
 impl<T: Real> PlausibilityState<T> {
     /// Distrusts a sensor from now on.
@@ -158,7 +160,8 @@ impl<T: Real> PlausibilityState<T> {
     /// The velocity (m/s) by the flow balance.
     #[inline(always)]
     pub(crate) fn velocity_by_flow(&self) -> T {
-        self.by_flow
+        let [valve, oil] = self.by_flow;
+        valve - oil
     }
 
     /// The spool opening (1) from the valve command.

@@ -37,6 +37,26 @@ fn functions_in_constants_are_those_of_the_library() {
 }
 
 #[test]
+fn without_a_velocity_sensor_the_gate_of_the_displacement_is_as_wide_as_noise_and_acceleration() {
+    // Noise of 63.5 µm, and 1.5 times 1.2 m/s · 10 Hz/60 Hz/4096 Hz.
+    let estimated =
+        Parameters { velocity_source: VelocitySource::Derivative { corner: 80.0 }, ..Parameters::ZHAO2005 };
+    let to = |trip: f64| Levels { warning: trip, trip };
+    for (trip, jump) in [(0.115, 6.698712e-04), (0.3, 6.698712e-04), (f64::INFINITY, f32::MAX.into())] {
+        let protection = ProtectionParameters {
+            displacement: to(trip),
+            velocity: to(1.2),
+            ..ProtectionParameters::DEFAULT
+        };
+        let watch = put(&estimated, &protection, &PlausibilityParameters::DEFAULT).unwrap();
+        near("jump", watch.gate.jump[1], jump);
+        near("bend", watch.gate.bend, 7.324219e-05);
+        let with_sensor = put(&Parameters::ZHAO2005, &protection, &PlausibilityParameters::DEFAULT).unwrap();
+        assert_eq!(with_sensor.gate.bend.to_bits(), 0.0_f64.to_bits());
+    }
+}
+
+#[test]
 fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
     // Noise of 78 N, 63.5 µm, 0.525 mm/s and 0.05 %, with one false alarm in a thousand hours at 4096 Hz. Four signals have
     // 2^36 readings in this time, so the exponent is 36·ln 2 = 24.953, which means 7.064 deviations.
@@ -70,6 +90,9 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
             &[2.668963e-5, 1.524783e-7, 3.180331e-4, 2.0e-3, 4.474831e-8, 1.910331e-4, 6e-4],
         ),
         ("of velocity", &[watch.per_reversal, watch.late], &[83.33333, 2e-3]),
+        ("wrong sign", &[watch.reversal.slow, watch.reversal.limit], &[5.349941e-02, 2.123337e-04]),
+        ("its drift", &watch.reversal.drift, &[1.337485e-02, 5.349941e-04]),
+        ("kick", &[watch.kick], &[2.177791e+04]),
         ("null", &[watch.null_drift], &[1.757349e-4]),
         ("force", &[watch.astray, watch.evidence[0], watch.evidence[1]], &[3780.0, 1180.0, 6.35e-4]),
         ("rates", &[watch.rate, watch.period, watch.area], &[4096.0, 2.44140625e-4, 8.212e-3]),

@@ -33,6 +33,7 @@ fn grown(rig: Steady) -> ([[f64; 2]; 7], f64) {
         flow_gain: 1.0,
         valve_gain: 1.0,
         supply: 1.0,
+        tripped: false,
     };
     for n in 0..20_000 {
         if n == 19_999 {
@@ -106,7 +107,14 @@ fn first(force: f64, spool: f64, senses_velocity: bool) -> [[f64; 2]; 7] {
     let watch = Plausibility { senses_velocity, ..watch() };
     let mut state = PlausibilityState { age: SETTLED, ..PlausibilityState::default() };
     let none = f64::NAN;
-    let known = Known { command: 0.0, valve_command: none, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0 };
+    let known = Known {
+        command: 0.0,
+        valve_command: none,
+        flow_gain: 1.0,
+        valve_gain: 1.0,
+        supply: 1.0,
+        tripped: false,
+    };
     let input = Input { command: 0.0, force, displacement: 0.0, velocity: 0.0, spool, ..Input::default() };
     watch.sum_up(&mut state, &input, 0.0, &watch.valve_flow(&input, &known), &known);
     state.sums.map(|sum| [sum.above, sum.below])
@@ -149,7 +157,14 @@ fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
 fn an_opening_near_null_counts_whole_and_fades_with_the_high_pass() {
     let (watch, mut state) = (watch(), PlausibilityState::default());
     let none = f64::NAN;
-    let known = Known { command: 0.0, valve_command: none, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0 };
+    let known = Known {
+        command: 0.0,
+        valve_command: none,
+        flow_gain: 1.0,
+        valve_gain: 1.0,
+        supply: 1.0,
+        tripped: false,
+    };
     let mut near_null = |spool: f64| {
         let input = Input { command: 0.0, force: 0.0, displacement: 0.0, spool, ..Input::default() };
         watch.sum_up(&mut state, &input, 0.0, &watch.valve_flow(&input, &known), &known);

@@ -64,7 +64,7 @@ pub(super) fn input() -> Input<f64> {
 }
 
 pub(super) fn known() -> Known<f64> {
-    Known { command: 0.0, valve_command: 1.0, flow_gain: 1.2, valve_gain: 1.0, supply: 0.9 }
+    Known { command: 0.0, valve_command: 1.0, flow_gain: 1.2, valve_gain: 1.0, supply: 0.9, tripped: false }
 }
 
 fn sum(

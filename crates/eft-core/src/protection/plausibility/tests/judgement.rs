@@ -1,7 +1,7 @@
 //! What one tick of the watch concludes from sums, lost readings and the load pressure.
 
 use super::*;
-use crate::protection::gate::{FORCE, VELOCITY};
+use crate::protection::gate::{DISPLACEMENT, FORCE, VELOCITY};
 use crate::protection::plausibility::load_pressure::LoadPressureWatch;
 
 const REST: Input<f64> = Input {
@@ -28,7 +28,8 @@ fn with(of: usize, share: f64) -> PlausibilityState<f64> {
 
 /// The cause after a tick of a rig at rest, but for command and force (N).
 fn judged(state: &mut PlausibilityState<f64>, command: f64, force: f64) -> Cause {
-    let known = Known { command, valve_command: 0.0, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0 };
+    let known =
+        Known { command, valve_command: 0.0, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0, tripped: false };
     watch().judge(state, &Input { force, ..REST }, 0.0, &known)
 }
 
@@ -113,6 +114,35 @@ fn a_force_jumps_while_it_is_lost_to_the_gate() {
         let mut state = PlausibilityState::<f64>::default();
         (state.signals[FORCE].lost, state.signals[FORCE].jumped) = (lost, jumped);
         assert_eq!(state.force_jumped(), jumps, "{lost} {jumped}");
+    }
+}
+
+/// Whether a reading this far from its prediction passes the gate of a watch without a velocity sensor, after lost samples
+/// and with a fading step of the velocity (m/s).
+fn passes(lost: u32, step: f64, of: usize, beyond: f64) -> bool {
+    let mut watch = Plausibility { senses_velocity: false, kick: 10.0, ..watch() };
+    (watch.gate.jump[FORCE], watch.gate.jump[DISPLACEMENT], watch.gate.bend) = (100.0, 1e-3, 2e-4);
+    watch.gate.reversing = 0.0;
+    let mut state = PlausibilityState { step, ..PlausibilityState::default() };
+    for signal in &mut state.signals {
+        (signal.seen, signal.lost) = (true, lost);
+    }
+    let mut input = Input { force: 0.0, displacement: 0.0, velocity: 0.0, spool: 0.0, ..Input::default() };
+    *(if of == FORCE { &mut input.force } else { &mut input.displacement }) = beyond;
+    let out = watch.gate(&mut state, &input);
+    if of == FORCE { out.force.is_finite() } else { out.displacement.is_finite() }
+}
+
+#[test]
+fn the_gate_widens_with_lost_samples_and_while_the_valve_follows_another_velocity() {
+    for lost in [0, 1, 2] {
+        let most = 1e-3 + f64::from(lost) * 2e-4;
+        assert!(passes(lost, 0.0, DISPLACEMENT, 0.999 * most), "{lost}");
+        assert!(!passes(lost, 0.0, DISPLACEMENT, 1.001 * most), "{lost}");
+    }
+    for step in [0.0, 0.5, -0.5] {
+        let most = 100.0 + 10.0 * f64::abs(step);
+        assert!(passes(0, step, FORCE, 0.999 * most) && !passes(0, step, FORCE, 1.001 * most), "{step}");
     }
 }
 

@@ -81,7 +81,8 @@ fn the_velocity_by_the_flow_balance_contains_leakage_and_oil() {
     let (watch, known) = (round(), known());
     for (has_force, before_force) in [(false, FORCE), (true, 3.0)] {
         // Also before the first balanced sample, as after a new beginning with a distrusted sensor.
-        let mut state = PlausibilityState { age: 0.0, has_force, last_force: 3.0, by_flow: 0.02, ..before() };
+        let mut state =
+            PlausibilityState { age: 0.0, has_force, last_force: 3.0, by_flow: [0.03, 0.01], ..before() };
         let flow = watch.valve_flow(&input(), &known);
         watch.move_by_flow(&mut state, FORCE, &flow, &known);
         let passed = 1.2 * (flow.root * flow.at_no_load);

@@ -1,0 +1,91 @@
+//! Notices a displacement of the wrong sign on a rig without a velocity sensor.
+//!
+//! The flows of valve and oil show the motion a second time: v = b − o, with the displacement's derivative v, and the
+//! velocities b and o by the flows of valve and oil. A wrong sign of the displacement makes it −v = b − o, and one of the
+//! force v = b + o. Each has a cumulative sum of a quarter of the difference between the squared residual of v = b − o and
+//! its own. It is divided by the velocity by the flows, so that it is a path, and a noise of the displacement adds no more
+//! than itself.
+
+use crate::integrity::integrity;
+use crate::number::Real;
+use crate::protection::plausibility::{Plausibility, PlausibilityState};
+
+/// Share of the oil's flow that a stiffness from 0.6 to 1.5 times the configured one leaves, and the share that counts if
+/// the force is far from its command.
+const OIL: f64 = 0.6;
+const OIL_ASTRAY: f64 = 0.25;
+/// Share of the limit that is enough after a trip.
+const TRIPPED: f64 = 0.5;
+/// Largest sum in units of the limit.
+const MOST: f64 = 1000.0;
+
+/// The limits of the sums.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ReversalWatch<T> {
+    /// Velocity (m/s) by the flows below which they have a smaller weight.
+    pub(crate) slow: T,
+    /// Gain (m/s) by an offset of the flow, and the gain that counts if the force is far from its command.
+    pub(crate) drift: [T; 2],
+    /// In m.
+    pub(crate) limit: T,
+}
+integrity!(ReversalWatch<T>: slow, drift, limit);
+
+/// The sums (m) for a wrong sign of displacement and force.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub(crate) struct Reversal<T> {
+    displacement: T,
+    force: T,
+}
+integrity!(Reversal<T>: displacement, force);
+
+impl<T: Real, const N: usize> Plausibility<T, N> {
+    /// Adds a tick, and returns whether the displacement has the wrong sign. The force may be far from its command, and the
+    /// protection may have tripped.
+    #[inline(always)]
+    pub(super) fn is_reversed(&self, state: &mut PlausibilityState<T>, astray: bool, tripped: bool) -> bool {
+        let [force, displacement, _, spool] = state.distrusted;
+        if self.senses_velocity | force | displacement | spool {
+            return false;
+        }
+        let watch = &self.reversal;
+        let ([valve, oil], velocity) = (state.by_flow, state.derivative.first);
+        let by_flow = valve - oil;
+        let size = by_flow.abs();
+        let per_flow = T::splat(1.0) / if size > watch.slow { size } else { watch.slow };
+        let [drift, least] = watch.drift;
+        let (share, drift) = if astray | tripped { (OIL_ASTRAY, least) } else { (OIL, drift) };
+        let tolerance = T::splat(share) * (oil * velocity).abs() * per_flow + drift;
+        let add = |sum: &mut T, product: T| {
+            let gain = product * per_flow - tolerance;
+            *sum = (*sum + self.period * gain).limit(T::splat(0.0), T::splat(MOST) * watch.limit);
+            *sum
+        };
+        let Reversal { displacement, force } = &mut state.reversal;
+        let of_displacement = add(displacement, -(velocity * by_flow));
+        let of_force = add(force, oil * (velocity - valve));
+        let limit = T::splat(if tripped { TRIPPED } else { 1.0 }) * watch.limit;
+        if !(of_displacement > limit && of_displacement > of_force && self.spool_follows(state)) {
+            return false;
+        }
+        if state.force_jumped() {
+            // A wrong velocity makes a true force jump.
+            let [force, ..] = &mut state.signals;
+            force.restart();
+        }
+        true
+    }
+
+    /// Whether the spool is on the side of its command.
+    #[inline(always)]
+    fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
+        let ([.., spool], [_, opening, ..]) = (&state.signals, state.valve);
+        let same = (spool.last - self.null_bias) * (opening - self.null_bias) > T::splat(0.0);
+        same && !self.is_frozen(spool)
+    }
+}
+
+#[cfg(test)]
+mod tests;

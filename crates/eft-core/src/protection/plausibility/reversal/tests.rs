@@ -1,0 +1,116 @@
+#![allow(clippy::indexing_slicing, reason = "a test may panic")]
+
+use super::*;
+use crate::parameters::{Levels, Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
+use crate::protection::gate::{FORCE, SPOOL};
+
+/// The watch of the paper's rig with a derivative of the displacement, with round limits.
+fn watch() -> Plausibility<f64, 21> {
+    let rig =
+        Parameters { velocity_source: VelocitySource::Derivative { corner: 80.0 }, ..Parameters::ZHAO2005 };
+    let to = |trip: f64| Levels { warning: trip, trip };
+    let protection = ProtectionParameters {
+        force: to(20e3),
+        displacement: to(0.115),
+        velocity: to(1.2),
+        spool: to(0.8),
+        ..ProtectionParameters::DEFAULT
+    };
+    let mut place = None;
+    Plausibility::<f64, 21>::put(&mut place, &rig, &protection, &PlausibilityParameters::DEFAULT).unwrap();
+    let reversal = ReversalWatch { slow: 0.05, drift: [0.01, 0.002], limit: 1e-3 };
+    Plausibility { period: 1e-3, reversal, ..place.unwrap() }
+}
+
+/// A velocity (m/s) by the displacement, and those by the flows of valve and oil. The spool follows its command.
+fn moving(velocity: f64, valve: f64, oil: f64) -> PlausibilityState<f64> {
+    let mut state = PlausibilityState { by_flow: [valve, oil], ..PlausibilityState::default() };
+    state.derivative.first = velocity;
+    state.valve[1] = 0.1;
+    state.signals[SPOOL].last = 0.2;
+    state
+}
+
+/// The ticks until the displacement is found to have the wrong sign, at most a thousand.
+fn ticks(state: &mut PlausibilityState<f64>, astray: bool, tripped: bool) -> Option<u32> {
+    (1..=1000).find(|_| watch().is_reversed(state, astray, tripped))
+}
+
+#[test]
+fn a_tick_adds_the_path_that_each_wrong_sign_explains_better() {
+    // Below 0.05 m/s by the flows the weight is smaller.
+    for (velocity, valve, oil, astray, displacement, force) in [
+        (-0.2, 0.3, 0.02, false, 0.2 - (0.6 * 0.2 * 0.02 / 0.28 + 0.01), 0.0),
+        (-0.2, 0.3, 0.02, true, 0.2 - (0.25 * 0.2 * 0.02 / 0.28 + 0.002), 0.0),
+        (0.2, -0.3, -0.02, true, 0.2 - (0.25 * 0.2 * 0.02 / 0.28 + 0.002), 0.0),
+        (-0.02, 0.03, 0.01, true, 0.4 * 0.02 - (0.25 * 0.4 * 0.01 + 0.002), 0.0),
+        (0.3, 0.1, 0.2, true, 0.3 - (0.25 * 0.3 * 2.0 + 0.002), 0.4 - (0.25 * 0.3 * 2.0 + 0.002)),
+        (0.5, 0.1, 0.1, false, 0.0, 0.4 * 2.0 - (0.6 * 0.5 * 2.0 + 0.01)),
+    ] {
+        let mut state = moving(velocity, valve, oil);
+        watch().is_reversed(&mut state, astray, false);
+        let expected = [displacement, force].map(|gain: f64| 1e-3 * gain.max(0.0));
+        let found = [state.reversal.displacement, state.reversal.force];
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-15, "{velocity} {valve} {oil}: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_velocity_against_the_flows_is_of_the_displacement() {
+    // 0.2 − 0.01 m/s, and 1 mm.
+    assert_eq!(ticks(&mut moving(-0.2, 0.3, 0.0), false, false), Some(6));
+    assert_eq!(ticks(&mut moving(0.2, -0.3, 0.0), false, false), Some(6));
+    // After a trip half of the path is enough, and less counts against it.
+    assert_eq!(ticks(&mut moving(-0.2, 0.3, 0.0), false, true), Some(3));
+    // A null bias moves a piston that seems to move slowly against the flow.
+    assert_eq!(ticks(&mut moving(-0.025, 0.02, 0.0), false, false), None);
+    assert_eq!(ticks(&mut moving(-0.025, 0.02, 0.0), true, false), Some(126));
+    assert_eq!(ticks(&mut moving(0.2, 0.3, 0.0), true, true), None);
+}
+
+#[test]
+fn what_a_force_or_a_spool_of_wrong_sign_explains_is_not_of_the_displacement() {
+    // With the oil's flow reversed the balance is exact.
+    assert_eq!(ticks(&mut moving(0.2, 0.05, 0.15), true, false), None);
+    let changes: [fn(&mut PlausibilityState<f64>); 6] = [
+        |state| state.signals[SPOOL].last = -0.2,
+        |state| state.valve[1] = -0.1,
+        |state| state.signals[SPOOL].repeats = 1000,
+        |state| state.distrusted[0] = true,
+        |state| state.distrusted[1] = true,
+        |state| state.distrusted[3] = true,
+    ];
+    for change in changes {
+        let mut state = moving(-0.2, 0.3, 0.0);
+        change(&mut state);
+        assert_eq!(ticks(&mut state, true, true), None, "{state:?}");
+    }
+    let mut state = moving(-0.2, 0.3, 0.0);
+    let with_sensor = Plausibility { senses_velocity: true, ..watch() };
+    assert!((0..1000).all(|_| !with_sensor.is_reversed(&mut state, true, true)));
+}
+
+#[test]
+fn the_next_force_is_accepted_after_a_displacement_of_wrong_sign_made_it_jump() {
+    for (jumped, accepted) in [(true, (0, false)), (false, (7, true))] {
+        let mut state = moving(-0.2, 0.3, 0.0);
+        let force = &mut state.signals[FORCE];
+        (force.lost, force.jumped, force.seen) = (7, jumped, true);
+        assert_eq!(ticks(&mut state, false, false), Some(6));
+        let force = &state.signals[FORCE];
+        assert_eq!((force.lost, force.seen), accepted);
+    }
+}
+
+#[test]
+fn a_sum_stays_within_a_thousand_limits() {
+    let mut state = moving(0.2, 0.3, 0.0);
+    state.reversal.displacement = 0.1;
+    watch().is_reversed(&mut state, false, false);
+    assert!((state.reversal.displacement - (0.1 - 1e-3 * 0.21)).abs() < 1e-15);
+    (state.derivative.first, state.reversal.displacement) = (-2e3, 0.5);
+    watch().is_reversed(&mut state, false, false);
+    assert!((state.reversal.displacement - 1.0).abs() < 1e-15);
+}
