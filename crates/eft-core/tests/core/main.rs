@@ -11,6 +11,7 @@ mod integrity;
 mod lead;
 mod learning;
 mod lost_motion;
+mod lost_samples;
 mod lost_valve_command;
 mod piecewise;
 mod protection;
