@@ -234,13 +234,12 @@ impl Sampled {
 
     /// Damping ratio (1) of the closed loop's least damped mode, the oil column's; −1 where the loop is unstable.
     pub(super) fn damping(&self, gains: Gains) -> Result<f64> {
-        let model = self.model(gains, true);
-        if model.growth_rate()? >= 0.0 {
+        let modes = self.model(gains, true).modes()?;
+        if modes.iter().any(|mode| mode.pole.re >= 0.0) {
             return Ok(-1.0);
         }
         // Poles near the negative real axis of the z-plane belong to the sampling, not to the oil.
         let oil = |frequency: f64| frequency < 0.25 * self.rate;
-        let modes = model.modes()?;
         let dampings = modes.iter().filter(|mode| oil(mode.frequency)).map(|mode| mode.damping);
         Ok(dampings.fold(1.0, f64::min))
     }

@@ -123,14 +123,27 @@ fn sweep(h: &mut DMatrix<f64>, start: usize, end: usize, shifts: [Complex<f64>; 
         } else if k > start {
             h[(k, k - 1)] *= 1.0 - tau;
         }
+        let height = h.nrows();
         for column in k..end {
-            let along = tau * (0..rows).map(|i| v[i] * h[(k + i, column)]).sum::<f64>();
-            (0..rows).for_each(|i| h[(k + i, column)] -= along * v[i]);
+            let entries = &mut h.as_mut_slice()[column * height + k..][..rows];
+            reflect(entries, 1, &v[..rows], tau);
         }
+        let columns = &mut h.as_mut_slice()[k * height..][..rows * height];
         for row in start..end.min(k + 4) {
-            let along = tau * (0..rows).map(|i| h[(row, k + i)] * v[i]).sum::<f64>();
-            (0..rows).for_each(|i| h[(row, k + i)] -= along * v[i]);
+            reflect(&mut columns[row..], height, &v[..rows], tau);
         }
+    }
+}
+
+/// Reflects the entries at every `stride`, as many as `v` has; its first element is 1.
+fn reflect(entries: &mut [f64], stride: usize, v: &[f64], tau: f64) {
+    let mut along = entries[0];
+    for i in 1..v.len() {
+        along += v[i] * entries[i * stride];
+    }
+    along *= tau;
+    for i in 0..v.len() {
+        entries[i * stride] -= along * v[i];
     }
 }
 
