@@ -1,5 +1,5 @@
-//! Force loops that were designed before: rigs that differ in other keys share a design, and a search takes
-//! tens of milliseconds.
+//! Force loops that were designed before, and refusals: rigs that differ in other keys share them, and a search takes
+//! up to tens of milliseconds.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -7,13 +7,16 @@ use std::collections::VecDeque;
 use super::force_loop::ForceLoop;
 use super::held_piston::HeldPiston;
 use super::known_rig::search;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
-/// Number of designs that are kept, enough for a map with the sample rate along an axis.
+/// Number of answers that are kept, enough for a map with the sample rate along an axis.
 const KEPT: usize = 64;
 
+/// A design, or parameter, value and rule of its refusal.
+type Answer = std::result::Result<ForceLoop, [String; 3]>;
+
 thread_local! {
-    static LATEST: RefCell<VecDeque<(HeldPiston, ForceLoop)>> = const { RefCell::new(VecDeque::new()) };
+    static LATEST: RefCell<VecDeque<(HeldPiston, Answer)>> = const { RefCell::new(VecDeque::new()) };
 }
 
 /// Designs a force loop.
@@ -22,13 +25,24 @@ thread_local! {
 /// No gains keep the oil column of all deviating rigs damped, or the delay is more than 16 samples.
 pub fn design(plant: &HeldPiston) -> Result<ForceLoop> {
     LATEST.with_borrow_mut(|latest| {
-        if let Some((_, designed)) = latest.iter().find(|(known, _)| known == plant) {
-            return Ok(designed.clone());
+        if let Some((_, answer)) = latest.iter().find(|(known, _)| known == plant) {
+            return answer.clone().map_err(|[parameter, value, allowed]| Error::Value {
+                parameter,
+                value,
+                allowed,
+            });
         }
-        let designed = search(plant)?;
+        let found = search(plant);
+        let answer = match &found {
+            Ok(designed) => Ok(designed.clone()),
+            Err(Error::Value { parameter, value, allowed }) => {
+                Err([parameter, value, allowed].map(String::clone))
+            }
+            Err(_) => return found,
+        };
         latest.truncate(KEPT - 1);
-        latest.push_front((plant.clone(), designed.clone()));
-        Ok(designed)
+        latest.push_front((plant.clone(), answer));
+        found
     })
 }
 
@@ -48,6 +62,16 @@ mod tests {
         assert_ne!(searched[0], searched[1]);
         for _ in 0..2 {
             assert_eq!(plants.each_ref().map(|plant| gains(design(plant).unwrap())), searched);
+        }
+    }
+
+    #[test]
+    fn a_refusal_that_is_kept_has_the_same_words() {
+        let plant = HeldPiston { leakage: 20.0 * 1.3e-11, ..zhao2005() };
+        let searched = search(&plant).unwrap_err().to_string();
+        assert!(searched.starts_with("controller.force_loop"), "{searched}");
+        for _ in 0..2 {
+            assert_eq!(design(&plant).unwrap_err().to_string(), searched);
         }
     }
 }
