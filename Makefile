@@ -168,7 +168,8 @@ $(VENV)/.extension: $(VENV)/.made $(RUST_SOURCES) pyproject.toml
 	@rm -f $(VENV)/.built
 	@touch $@
 
-$(VENV)/.importable: $(VENV)/.extension
+# Once: a later extension is built in its place.
+$(VENV)/.importable: pyproject.toml Cargo.toml crates/eft-py/Cargo.toml | $(VENV)/.extension
 	$(BIN)/maturin develop --locked
 	@touch $@
 
