@@ -65,6 +65,7 @@ fn any_row() -> impl Strategy<Value = (String, Value)> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
     #[test]
     fn to_toml_then_from_toml_is_the_identity(changes in prop::collection::vec(any_row(), 0..60)) {
         let mut whole = everything();
