@@ -14,7 +14,7 @@ import coverage
 import numpy as np
 import safety
 from safety import KINDS, RATE
-from safety_sizes import LOOP, commands, noticed, protected, summary
+from safety_sizes import LOOP, commands, drawn, noticed, protected, summary
 
 import eft
 
@@ -69,11 +69,7 @@ def estimates(moments: int) -> Iterator[dict[str, object]]:
         for source in SOURCES:
             rig, force_level, displacement_level = estimating(known, source)
             for signal, kind in (*FAULTS, *SOUND):
-                random = np.random.default_rng([SEED, *f"{signal} {kind} {size}".encode()])
-                chosen = [excitations[moment % len(excitations)] for moment in range(moments)]
-                starts = [random.uniform(first, last) for _, first, last in chosen]
-                begins = [int(np.ceil(start * RATE)) for start in starts]
-                values = [one for one, _, _ in chosen]
+                starts, begins, values = drawn(SEED, f"{signal} {kind} {size}", excitations, moments)
 
                 def rig_of(
                     moment: int,

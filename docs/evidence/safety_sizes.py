@@ -62,6 +62,16 @@ def commands(known: eft.Rig) -> list[tuple[np.ndarray, float, float]]:
     return [(one, *time) for one, time in zip(values, times, strict=True)]
 
 
+def drawn(
+    seed: int, case: str, excitations: Sequence[tuple[np.ndarray, float, float]], moments: int
+) -> tuple[list[float], list[int], list[np.ndarray]]:
+    """Random starts (s) of the faults of a case, the first sample of each, and its command in turn."""
+    random = np.random.default_rng([seed, *case.encode()])
+    chosen = [excitations[moment % len(excitations)] for moment in range(moments)]
+    starts = [random.uniform(first, last) for _, first, last in chosen]
+    return starts, [int(np.ceil(start * RATE)) for start in starts], [values for values, _, _ in chosen]
+
+
 def noticed(run: eft.TestRun, begin: int) -> float:
     """Time (s) from a fault's first sample to the trip; negative if it tripped before."""
     tripped = (run.status & eft.Status.TRIPPED) != 0
@@ -92,21 +102,18 @@ def sizes(moments: int) -> Iterator[dict[str, object]]:
         rig, force_level, displacement_level = protected(known)
         excitations = commands(known)
         for signal, kind in CASES:
-            random = np.random.default_rng([SEED, *f"{signal} {kind} {size}".encode()])
-            chosen = [excitations[moment % len(excitations)] for moment in range(moments)]
-            starts = [random.uniform(first, last) for _, first, last in chosen]
-            begins = [int(np.ceil(start * RATE)) for start in starts]
-            forces_of = [values for values, _, _ in chosen]
+            starts, begins, forces_of = drawn(SEED, f"{signal} {kind} {size}", excitations, moments)
 
             def rig_of(
                 moment: int,
                 rig: eft.Rig = rig,
                 case: tuple[str, str] = (signal, kind),
                 starts: list[float] = starts,
+                begins: list[int] = begins,
                 values: list[np.ndarray] = forces_of,
             ) -> tuple[eft.Rig, eft.Command]:
                 changes = safety.fault(*case, starts[moment]) | SCHEMES[moment // 3 % 2]
-                end = int(np.ceil(starts[moment] * RATE)) + int(2.0 * RATE)
+                end = begins[moment] + int(2.0 * RATE)
                 return rig.replace(changes | {"sensors.seed": moment}), eft.Command(
                     values[moment][:end], RATE
                 )
