@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from eft import _native
 from eft._native import Command, Record, Rig, effective_force, read_record, sine_sweep
-from eft._planning import check_feasibility
 from eft.benchmark._rigs import RATE
 
 _DURATION = 16.0
@@ -65,7 +65,7 @@ class Excitation:
 
 def within_the_rig(known: Rig, command: Command) -> Command:
     """Return the command, reduced to the advised limits of the configured rig."""
-    while any(demand.required > demand.advised for demand in check_feasibility(known, command).demands):
+    while any(demand["required"] > demand["advised"] for demand in _native.demands(known, command)):
         command = 0.8 * command
     return command
 

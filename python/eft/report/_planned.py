@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from eft import _native
 from eft._display import shown
-from eft._native import Command
-from eft._planning import Demand, StabilityMargins, check_feasibility, stability_margins
+from eft._planning import Demand, StabilityMargins, stability_margins
 from eft._run import TestRun
 from eft.report._heading import wholes
 
@@ -23,17 +23,9 @@ def planned(runs: Mapping[str, TestRun]) -> Iterator[tuple[str, list[str], list[
         title = "" if alone else name
         if len(run) < 2 or not run.command.any():
             continue
-        command = Command(run.command, run.sample_rate)
-        try:
-            demands = check_feasibility(run.rig, command).demands
-        except ValueError:
-            demands = ()  # no level makes the loop stable, which the margins show
-        if demands:
-            yield (
-                title,
-                ["demand of the command", "", "advised", "capacity"],
-                [_demand(one) for one in demands],
-            )
+        command = _native.Command(run.command, run.sample_rate)
+        demands = [Demand(**one) for one in _native.demands(run.rig, command)]
+        yield title, ["demand of the command", "", "advised", "capacity"], [_demand(one) for one in demands]
         try:
             rate = run.sample_rate
             margins = stability_margins(run.rig, sampled=True, sample_rate=rate, flow_gain="steeper")
