@@ -108,7 +108,7 @@ def test_a_validator_finds_nothing(rig, part, fmi, tmp_path):
 )
 def test_the_loop_of_both_has_the_bits_of_a_test(changes, fmi, load):
     rig = DIGITAL.replace(changes)
-    command = eft.sine_sweep(8900.0, 0.5, 8.0, duration=0.5, sample_rate=RATE)
+    command = eft.sine_sweep(8900.0, 0.5, 8.0, duration=0.25, sample_rate=RATE)
     halves = load(rig, "rig", fmi), load(rig, "controller", fmi)
     for half in halves:
         half.start()
@@ -126,7 +126,7 @@ def test_the_loop_of_a_building_has_the_bits_of_a_test(fmi, load):
     """Each actuator has its own inputs and outputs; when the upper one trips, the lower one does."""
     limits = {"protection.enabled": True, "protection.displacement_trip": 2e-3}
     rig = BUILDING.replace({**limits, "actuator.bypass_flow": 1e-3, "sensors.force.noise": 5.0})
-    commands = [eft.sine_sweep(size, 0.5, 8.0, duration=0.5, sample_rate=RATE).values for size in (3e3, 6e3)]
+    commands = [eft.sine_sweep(size, 0.5, 8.0, duration=0.25, sample_rate=RATE).values for size in (3e3, 6e3)]
     run = eft.simulate(rig, eft.Command(commands, RATE))
     stand, controller = load(rig, "rig", fmi), load(rig, "controller", fmi)
     for half in (stand, controller):
@@ -149,7 +149,7 @@ def test_the_loop_of_a_building_has_the_bits_of_a_test(fmi, load):
 
 def test_single_precision_has_the_bits_of_firmware(fmi, load):
     rig = DIGITAL.replace({"compensation.adaptive": True})
-    command = eft.sine_sweep(8900.0, 0.5, 8.0, duration=0.5, sample_rate=RATE)
+    command = eft.sine_sweep(8900.0, 0.5, 8.0, duration=0.25, sample_rate=RATE)
     halves = load(rig, "rig", fmi), load(rig, "controller", fmi)
     halves[0].start()
     halves[1].start(single_precision=True)
