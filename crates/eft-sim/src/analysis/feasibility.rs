@@ -3,7 +3,7 @@
 use eft_core::FlowTable;
 
 use crate::analysis::linear::{
-    FlowGain, Time, designed_for, largest_stable_level, linearize, stability_margin,
+    FlowGain, Time, designed_for, largest_stable_level, linearize, stability_margin_up_to,
 };
 use crate::closed_loop::{SimulateOptions, ideal_responses};
 use crate::config::TABLE_CAPACITY;
@@ -274,20 +274,23 @@ fn scheme(rig: &RigConfig, demands: &[Demand], pressure: f64) -> Result<Mode> {
 
 fn smallest_sample_rate(rig: &RigConfig) -> Result<Option<f64>> {
     let rates: Vec<f64> = (0..=36).map(|i| 200.0 * 2.0_f64.powf(f64::from(i) / 6.0)).collect();
-    let surplus = |rate: f64| -> Result<f64> {
+    let own = rig.compensation.level;
+    // Infinite where it is found to be more than `most`.
+    let surplus = |rate: f64, most: f64| -> Result<f64> {
         // A designed force loop may not exist at another rate than the rig's own.
         let Ok(rig) = rig.at_rate(rate) else { return Ok(f64::NEG_INFINITY) };
         let growth = linearize(&rig, FlowGain::Steeper, Time::Sampled(rate))?.growth_rate()?;
         if growth > 0.0 {
             return Ok(f64::NEG_INFINITY);
         }
-        Ok(stability_margin(&rig, FlowGain::Steeper, Time::Sampled(rate))? / rig.compensation.level - 1.0)
+        let far = own * (1.0 + 1.01 * most);
+        Ok(stability_margin_up_to(&rig, FlowGain::Steeper, Time::Sampled(rate), far)? / own - 1.0)
     };
     let advised = if rig.compensation.adaptive { 0.0 } else { rig.verdict.caution.level_margin - 1.0 };
-    let enough = advised.min(0.5 * surplus(rates[rates.len() - 1])?).max(0.0);
+    let enough = advised.min(0.5 * surplus(rates[rates.len() - 1], 2.0 * advised)?).max(0.0);
     let mut smallest = None;
     for rate in rates.into_iter().rev() {
-        if surplus(rate)? < enough {
+        if surplus(rate, enough)? < enough {
             break;
         }
         smallest = Some(rate);

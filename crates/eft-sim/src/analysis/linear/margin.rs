@@ -70,8 +70,18 @@ pub struct Reach {
 /// # Errors
 /// No level makes the loop stable.
 pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f64> {
+    stability_margin_up_to(rig, gain, time, f64::INFINITY)
+}
+
+/// As [`stability_margin`], but infinite if it is found to be `enough` or more, which may take one step of the search.
+pub(crate) fn stability_margin_up_to(
+    rig: &RigConfig,
+    gain: FlowGain,
+    time: Time,
+    enough: f64,
+) -> Result<f64> {
     let rig = &*designed_for(rig, time)?;
-    if let Some(level) = largest_stable_level(rig, gain, time)? {
+    if let Some(level) = stable_level_up_to(rig, gain, time, enough)? {
         return Ok(level);
     }
     let rate = growth_with(rig, gain, time, |_| ())?;
@@ -81,20 +91,23 @@ pub fn stability_margin(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<f
 
 /// As [`stability_margin`], but `None` if no level makes the loop stable.
 pub(crate) fn largest_stable_level(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<Option<f64>> {
+    stable_level_up_to(rig, gain, time, f64::INFINITY)
+}
+
+fn stable_level_up_to(rig: &RigConfig, gain: FlowGain, time: Time, enough: f64) -> Result<Option<f64>> {
     let growth = |level: f64| growth_with(rig, gain, time, |rig| rig.compensation.level = level);
     let own = rig.compensation.level;
     if rig.compensation.mode == Mode::Off {
         return Ok((growth(own)? <= AT_REST).then_some(f64::INFINITY));
     }
-    let below = edge(own, 0.0, Search { smallest: 0.5, seek: Stability::Stable }, growth)?;
+    let seek_stable = Search { smallest: 0.5, seek: Stability::Stable, enough: f64::INFINITY };
+    let below = edge(own, 0.0, seek_stable, growth)?;
     let stable = match below {
         Some((level, _)) => Some(level),
-        None => edge(own, HIGHEST_LEVEL, Search { smallest: 0.5, seek: Stability::Stable }, growth)?
-            .map(|(level, _)| level),
+        None => edge(own, HIGHEST_LEVEL, seek_stable, growth)?.map(|(level, _)| level),
     };
     let Some(stable) = stable else { return Ok(None) };
-    let search = Search { smallest: 0.5, seek: Stability::Unstable };
-    let end = edge(stable, HIGHEST_LEVEL, search, growth)?;
+    let end = edge(stable, HIGHEST_LEVEL, Search { smallest: 0.5, enough, ..UNSTABLE }, growth)?;
     Ok(Some(end.map_or(f64::INFINITY, |(_, last_stable)| last_stable)))
 }
 
@@ -148,7 +161,7 @@ fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> 
     let set = rig.compensation.response_delay;
     let by_delay = |delay: f64| growth_with(rig, gain, time, |rig| rig.compensation.response_delay = delay);
     let by_flow = |factor: f64| growth_with(rig, gain, time, |rig| rig.servovalve.flow_gain_scale *= factor);
-    let unstable = |smallest| Search { smallest, seek: Stability::Unstable };
+    let unstable = |smallest| Search { smallest, ..UNSTABLE };
     let low = |found: Option<(f64, f64)>| found.map_or(0.0, |(_, last_stable)| last_stable);
     let high = |found: Option<(f64, f64)>| found.map_or(f64::INFINITY, |(_, last_stable)| last_stable);
     let response_delay = match rig.compensation.mode {
@@ -212,15 +225,17 @@ enum Stability {
     Unstable,
 }
 
-/// The stability that [`edge`] searches for, and the value below which its steps get no shorter.
+/// The stability that [`edge`] searches for, the value below which its steps get no shorter, and the value from which on
+/// it need not search.
 #[derive(Debug, Clone, Copy)]
 struct Search {
     smallest: f64,
     seek: Stability,
+    enough: f64,
 }
 
 /// Towards an unstable factor, from 1.
-const UNSTABLE: Search = Search { smallest: 1.0, seek: Stability::Unstable };
+const UNSTABLE: Search = Search { smallest: 1.0, seek: Stability::Unstable, enough: f64::INFINITY };
 
 /// The first value from `from` to `to` at which the loop has the sought stability, and the last one before
 /// it, to a relative distance of [`RESOLUTION`]; `None` if there is no such value.
@@ -237,7 +252,7 @@ fn edge(
     let mut before = (from, excess(from)?);
     let mut here = before;
     while !found(here.1) {
-        if here.0 == to {
+        if here.0 == to || here.0 >= search.enough {
             return Ok(None);
         }
         before = here;
@@ -277,6 +292,28 @@ mod tests {
     fn margin_of_the_reference_model() {
         let rig = RigConfig::zhao2005();
         assert!((level(&rig) - 1.0374).abs() < 5e-5, "{}", level(&rig));
+    }
+
+    #[test]
+    fn a_search_that_may_end_early_has_the_margin_or_finds_enough() {
+        let rig = RigConfig::zhao2005();
+        let (mut early, mut whole) = (0, 0);
+        for rate in [1024.0, 4096.0, 12_800.0] {
+            for level in [0.3, 0.9, 1.0] {
+                let time = Time::Sampled(rate);
+                let rig = rig.with(|rig| rig.compensation.level = level).unwrap();
+                let margin = stability_margin(&rig, FlowGain::Steeper, time).unwrap();
+                for enough in [level, 1.02 * level, 1.1 * level, 3.0 * level] {
+                    let found = stability_margin_up_to(&rig, FlowGain::Steeper, time, enough).unwrap();
+                    assert!(
+                        found == margin || found == f64::INFINITY && margin >= enough,
+                        "{found} {margin}"
+                    );
+                    *(if found == margin { &mut whole } else { &mut early }) += 1;
+                }
+            }
+        }
+        assert!(early > 9 && whole > 3, "{early} {whole}");
     }
 
     #[test]

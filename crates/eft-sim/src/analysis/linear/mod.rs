@@ -25,7 +25,7 @@ pub(crate) use gains::compensated_share;
 pub use inverse_dynamics::{lead_response, valve_response};
 pub use map::{MapAxis, MapQuantity, stability_map};
 pub use margin::{Margins, Reach, margins_within, stability_margin, stability_margins};
-pub(crate) use margin::{designed_for, largest_stable_level};
+pub(crate) use margin::{designed_for, largest_stable_level, stability_margin_up_to};
 
 pub use crate::design::phase_delay;
 pub use crate::state_space::{Mode, StateSpace};
