@@ -67,8 +67,8 @@ impl Groups {
             plant: true,
             supply: supply_varies(rig),
             sensors,
-            accelerometer: sensors && has_accelerometer(rig),
-            pressures: sensors && has_load_pressure(rig),
+            accelerometer: has_accelerometer(rig),
+            pressures: has_load_pressure(rig),
             learner: adapts(rig),
         }
     }

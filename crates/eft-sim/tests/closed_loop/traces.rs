@@ -42,6 +42,16 @@ fn a_test_records_what_can_change() {
 }
 
 #[test]
+fn a_measured_load_pressure_of_ideal_sensors_is_the_true_one() {
+    let measured =
+        run(&[("protection.enabled", true.into()), ("protection.load_pressure_tolerance", 1e6.into())]);
+    assert!(!measured.load_pressure.is_empty());
+    assert_eq!(measured.measured_load_pressure(), measured.load_pressure);
+    assert_eq!(measured.measured_force(), measured.force);
+    assert!(run(&[]).measured_load_pressure().is_empty());
+}
+
+#[test]
 fn the_test_ratio_is_held_over_the_ticks_of_a_window() {
     let run = run(&[("compensation.adaptive", true.into())]);
     let window = 16;
