@@ -55,6 +55,25 @@ def test_what_firmware_has_not_is_refused():
         eft.firmware.export(eft.Rig.zhao2005(), "ada")
 
 
+def test_a_table_that_is_too_long_for_c_is_refused_with_the_remedy():
+    openings, flows = (eft.Rig.zhao2005()[f"servovalve.flow_table.{name}"] for name in ("openings", "flows"))
+    rig = eft.Rig.zhao2005().replace({"servovalve.overlap": -0.01})
+    said = (
+        r"^servovalve\.overlap = -0\.01: needs 22 points, and C has 21: leave at least 1 of the 21 out of "
+        r"`servovalve\.flow_table`, or export for Rust$"
+    )
+    with pytest.raises(ValueError, match=said):
+        eft.firmware.export(rig, "c")
+    shorter = {"openings": openings[:4] + openings[5:], "flows": flows[:4] + flows[5:]}
+    text = eft.firmware.export(rig.replace({"servovalve.flow_table": shorter}), "c")
+    assert "21u, /* table_length */" in text
+    assert "openings" in eft.firmware.export(rig, "rust")
+    steps = range(-12, 13)
+    longer = {"openings": [i / 12 for i in steps], "flows": [i / 1e3 for i in steps]}
+    with pytest.raises(ValueError, match=r"^servovalve\.flow_table = 25 points: needs 25 points, and C "):
+        eft.firmware.export(eft.Rig.zhao2005().replace({"servovalve.flow_table": longer}), "c")
+
+
 def test_image_that_is_not_there_is_named(tmp_path):
     rig = eft.Rig.zhao2005().replace({"controller.realization": "digital"})
     command = eft.sine_sweep(8900.0, 0.0, 10.0, 0.1, 4096.0)

@@ -39,13 +39,17 @@ pub fn export(rig: &RigConfig, name: Option<&str>, target: Target) -> Result<Str
     exportable(rig)?;
     let points = parameters.openings.len();
     if target == Target::C && points > C_CAPACITY {
-        let valve = &rig.servovalve;
-        if valve.flow_table.openings.len() <= C_CAPACITY {
-            let allowed =
-                format!("needs {points} points, and C has 21: leave some out of `servovalve.flow_table`");
-            return Err(Error::value("servovalve.overlap", valve.overlap, allowed));
-        }
-        return Err(Error::value("servovalve.flow_table", points, "must have at most 21 points for C"));
+        let (own, more) = (rig.servovalve.flow_table.openings.len(), points - C_CAPACITY);
+        let (key, value) = if own > C_CAPACITY {
+            ("servovalve.flow_table", format!("{own} points"))
+        } else {
+            ("servovalve.overlap", rig.servovalve.overlap.to_string())
+        };
+        let allowed = format!(
+            "needs {points} points, and C has {C_CAPACITY}: leave at least {more} of the {own} out of \
+             `servovalve.flow_table`, or export for Rust"
+        );
+        return Err(Error::value(key, value, allowed));
     }
     let parts = Parts { rig, name, parameters };
     let mut out = String::new();
