@@ -104,7 +104,8 @@ def test_it_is_refused_where_it_does_not_belong(rig: eft.Rig, run: eft.TestRun) 
     assert kept is not None
     wrong = {
         "calibration.flow_gain": kept | {"flow_gain": 1.5},
-        "calibration.greatest_flow": kept | {"greatest_flow": 0.01},
+        r"calibration.greatest_flow = 0.010000: must be the greatest flow of this rig's flow table, "
+        r"0.0\d+ m³/s; leave out the calibration of another table": kept | {"greatest_flow": 0.01},
         "calibration.version": kept | {"version": 1},
         "missing key `calibration.": {"flow_gain": 1.0},
     }

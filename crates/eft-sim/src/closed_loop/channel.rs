@@ -4,7 +4,8 @@
 use serde::{Deserialize, Serialize};
 
 use eft_core::{
-    Calibration, ChannelState, Input, Learner, LearnerState, Output, Parameters, SavedCalibration,
+    Calibration, ChannelState, ConfigError, Input, Learner, LearnerState, Output, Parameters,
+    SavedCalibration,
 };
 
 use crate::closed_loop::controller::Precision;
@@ -43,7 +44,7 @@ impl<P: Precision> Learning<P> {
     /// Parameters that `eft-core` refuses.
     pub(super) fn new(parameters: &Parameters, saved: Option<&SavedCalibration>) -> Result<Self> {
         let learner = P::learner(parameters)?;
-        let saved = saved.map(|saved| learner.start_from(saved)).transpose()?;
+        let saved = saved.map(|saved| learner.start_from(saved)).transpose().map_err(of_another_table)?;
         let first = saved.as_ref().map(|state| learner.first_calibration(state));
         let start = saved.unwrap_or_else(|| learner.at_rest());
         Ok(Self { state: start, start, first, learner, learned: None })
@@ -63,6 +64,25 @@ impl<P: Precision> Learning<P> {
     pub(super) fn found_flows(&self, calibration: &Calibration<P>, openings: &[f64]) -> Vec<f64> {
         let flow = |opening: &f64| self.learner.found_flow(calibration, P::from_f64(*opening)).to_f64();
         openings.iter().map(flow).collect()
+    }
+}
+
+/// The core's refusal of a saved calibration, with the remedy if it is of another flow table.
+fn of_another_table(error: ConfigError) -> Error {
+    match error {
+        ConfigError::OutOfRange {
+            parameter: parameter @ "calibration.greatest_flow",
+            value,
+            lowest,
+            highest,
+        } => {
+            let own = 0.5 * (lowest + highest);
+            let allowed = format!(
+                "must be the greatest flow of this rig's flow table, {own:.6} m³/s; leave out the calibration of another table"
+            );
+            Error::value(parameter, format!("{value:.6}"), allowed)
+        }
+        other => other.into(),
     }
 }
 
