@@ -62,13 +62,23 @@ fn is_utf16(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])
 }
 
+/// First bytes of binary files that may hold a ground motion.
+const BINARY: [(&[u8], &str); 4] =
+    [(b"PAR1", "a Parquet"), (b"\x89HDF", "an HDF5"), (b"MATLAB", "a MAT"), (b"PK", "a ZIP or Excel")];
+
 /// The text of a file; bytes that are not UTF-8 (accents in old headers) become replacement characters.
 pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, Fault> {
     if is_utf16(bytes) {
         return Err(Fault::new("is UTF-16 text: save it as UTF-8 or plain text"));
     }
     if bytes.contains(&0) {
-        return Err(Fault::new("is not a text file (it contains zero bytes)"));
+        let kind = BINARY.iter().find(|(start, _)| bytes.starts_with(start));
+        return Err(Fault::new(kind.map_or("is not a text file (it contains zero bytes)".into(), |(_, name)| {
+            format!(
+                "is {name} file, not text: read it by other means, and make the record of its values with \
+                 `Record(acceleration, dt)`"
+            )
+        })));
     }
     let bytes = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes);
     Ok(String::from_utf8_lossy(bytes))
@@ -108,7 +118,13 @@ mod tests {
 
     #[test]
     fn binary_and_utf16_are_refused() {
-        assert!(decode(b"\x89PNG\r\n\x1a\n\0\0").is_err());
+        let refusal = |bytes| decode(bytes).unwrap_err().0;
+        assert!(refusal(b"\x89PNG\r\n\x1a\n\0\0").starts_with("is not a text file"));
+        let parquet = refusal(b"PAR1\x15\x04\0");
+        assert!(
+            parquet.starts_with("is a Parquet file, not text")
+                && parquet.contains("`Record(acceleration, dt)`")
+        );
         assert!(decode(b"\xff\xfe1\0").unwrap_err().0.contains("UTF-16"));
         assert_eq!(decode(b"\xef\xbb\xbfNPTS").unwrap(), "NPTS");
     }
