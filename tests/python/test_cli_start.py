@@ -59,6 +59,22 @@ def test_a_closed_stream_does_not_change_the_answer(closed, tmp_path):
     assert (tmp_path / "run.eft").exists()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="closes a pipe in a shell")
+def test_a_reader_that_ends_early_is_not_an_answer(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, "run", "--sweep", "1000", "0.5", "5", "1"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=tmp_path,
+    )
+    with process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    # As of a program that SIGPIPE ends; 1 is the verdict no.
+    assert process.returncode == 141
+    assert (tmp_path / "run.eft").exists()
+
+
 # Friction needs very short steps, so only few samples are simulated and written.
 SLOW = ["--set", "actuator.friction=2000", "--set", "actuator.friction_velocity=1e-5"]
 SWEEP = ["--sweep", "8900", "0.5", "10"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 import warnings
@@ -31,6 +30,8 @@ from eft.cli._study import study
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+CUT_OFF = 141
+"""Exit code if the reader of the output closed it, as of a command that SIGPIPE ends."""
 _LONGEST = 1000
 """Largest number of characters of a message, because it may contain a value from a file."""
 
@@ -117,11 +118,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo(f"{where}: interrupted", err=True)
         return INTERRUPTED
-    except BrokenPipeError:
-        # The reader of the output has closed it, as `head` does; there is no message, also none of the
-        # interpreter.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+    except SystemExit as error:
+        # Click exits by itself only for the completion of words, with 0, and if the reader closed the output.
+        if error.code:
+            return CUT_OFF
+        raise
     except OSError as error:
         named = f"{error.filename}: {error.strerror}" if error.filename else str(error)
         return _say(where, re.sub(r" \(os error \d+\)$", "", named))
