@@ -151,6 +151,7 @@ def design_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoop:
     >>> loop.margins.damping > 0.4 and loop.margins.gain > 10
     True
     """
+    _native.check_rig(rig)
     rate = rig["controller.sample_rate"] if sample_rate is None else sample_rate
     (proportional, derivative, integral), margins, opened, closed = _native.design_force_loop(rig, rate)
     coefficients = {

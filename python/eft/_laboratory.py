@@ -21,7 +21,7 @@ from eft._identification import (
     identify_flow_gain,
     identify_overlap,
 )
-from eft._native import FlowTable, Rig
+from eft._native import FlowTable, Rig, check_rig
 
 if TYPE_CHECKING:
     from eft.traces import Traces
@@ -163,6 +163,8 @@ def identify(
     '0.031'
     """
     from eft.traces import Traces, read_traces
+
+    check_rig(rig)
 
     def read(source: str | PathLike[str] | Traces) -> Traces:
         if isinstance(source, Traces):

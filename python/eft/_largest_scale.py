@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from eft._floors import floor_mass
-from eft._native import Command, Record, Rig, effective_force
+from eft._native import Command, Record, Rig, check_rig, effective_force
 from eft._simulate import simulate
 
 if TYPE_CHECKING:
@@ -81,6 +81,7 @@ def largest_scale(
     >>> found.scale > 0
     True
     """
+    check_rig(rig)
     if not 1e-6 <= tolerance <= 1.0:
         raise ValueError(f"tolerance = {tolerance}: must be from 1e-6 to 1")
     scaled = _scaled(rig, record, mass, sample_rate)

@@ -178,6 +178,7 @@ def stability_map(
     >>> eft.linear.stability_map(eft.Rig.zhao2005(), levels, dampings).stable.tolist()
     [[True, False], [True, False]]
     """
+    _native.check_rig(rig)
     if isinstance(horizontal, str):
         if horizontal not in STABILITY_MAPS:
             known = ", ".join(f'"{name}"' for name in STABILITY_MAPS)

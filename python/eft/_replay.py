@@ -147,6 +147,7 @@ def replay(
     """
     from eft.traces import Traces, read_traces
 
+    _native.check_rig(rig)
     if isinstance(test, TestRun):
         if test._building is not None and isinstance(each := rig["calibration"], list):
             rig = rig.replace({"calibration": each[test._building[1]]})

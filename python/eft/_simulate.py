@@ -212,11 +212,7 @@ def simulate(
     >>> run.success, run.force.shape
     (True, (16384,))
     """
-    if not isinstance(rig, Rig):
-        raise TypeError(
-            f"rig = an object of type {type(rig).__name__}: must be an eft.Rig; "
-            "eft.Rig.from_dict makes one from a mapping"
-        )
+    _native.check_rig(rig)
     if converged:
         for name, value in (("method", method), ("largest_step", largest_step)):
             if value is not None:

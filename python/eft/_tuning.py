@@ -147,8 +147,8 @@ def tune_force_loop(rig: Rig, sample_rate: float | None = None) -> ForceLoopTuni
     >>> advice.advised_margin > 2.0 > advice.margin > 1.0
     True
     """
+    designed = design_force_loop(rig, sample_rate).coefficients
     rate = rig["controller.sample_rate"] if sample_rate is None else sample_rate
-    designed = design_force_loop(rig, rate).coefficients
     keys = ("controller.proportional_gain", "controller.derivative_gain")
     coefficients = {key: designed[key] for key in keys}
     robust = rig["controller.force_loop"] == "robust"

@@ -13,7 +13,7 @@ import numpy as np
 
 from eft._extras import need
 from eft._largest_scale import largest_scale
-from eft._native import Command, Rig
+from eft._native import Command, Rig, check_rig
 from eft._planning import delay_budget
 from eft._sections import Section
 from eft._simulate import simulate
@@ -237,6 +237,7 @@ def compare_valves(
     >>> eft.compare_valves(rig, {"sweep": sweep}, valves).suitable
     ('large',)
     """
+    check_rig(rig)
     catalogue = valves if isinstance(valves, Mapping) else read_valves(valves)
     rows = []
     for name, sheet in catalogue.items():

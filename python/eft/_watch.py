@@ -10,7 +10,7 @@ import numpy as np
 
 from eft._display import shown
 from eft._floors import actuators_of
-from eft._native import Command, Controller, Plant, Rig, rig_keys
+from eft._native import Command, Controller, Plant, Rig, check_rig, rig_keys
 
 __all__ = ["Watched", "watch"]
 
@@ -71,6 +71,7 @@ def watch(
     >>> [round(look.time, 3) for look in eft.watch(rig, sweep, every=1.0)]
     [0.0, 1.0, 1.999]
     """
+    check_rig(rig)
     if not every > 0.0:
         raise ValueError(f"every = {every}: must be above zero, in s")
     check_watchable(rig)

@@ -9,7 +9,7 @@ use crate::excitation::Command;
 use crate::integration::options;
 use crate::rig::Rig;
 use crate::run::{Dtype, traces};
-use crate::values::optional_number;
+use crate::values::{optional_number, optional_whole};
 
 /// The result of one test of a batch.
 #[pyclass(frozen, module = "eft._native")]
@@ -99,7 +99,7 @@ pub(crate) fn simulate_batch<'py>(
     dtype: &str,
     method: &str,
     #[pyo3(from_py_with = optional_number)] largest_step: Option<f64>,
-    threads: Option<usize>,
+    #[pyo3(from_py_with = optional_whole)] threads: Option<usize>,
     traces: bool,
     fft: bool,
 ) -> PyResult<Bound<'py, PyList>> {

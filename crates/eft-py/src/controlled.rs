@@ -9,10 +9,10 @@ use crate::errors::refuse;
 use crate::excitation::Command;
 use crate::integration::options;
 use crate::interruption::Watch;
-use crate::rig::Rig;
+use crate::rig::GivenRig;
 use crate::run::traces;
 use crate::specimen::{PythonSpecimen, Raised};
-use crate::values::optional_number;
+use crate::values::{optional_number, real_number};
 
 /// A controller in Python, called once per tick with the arguments of `eft.Controller.step`.
 struct PythonController {
@@ -30,7 +30,7 @@ impl PythonController {
         named.set_item(intern!(py, "acceleration"), acceleration)?;
         named.set_item(intern!(py, "next_command"), next_command)?;
         let answer = self.step.bind(py).call((command, velocity, force, spool), Some(named))?;
-        let Ok(volts) = answer.extract::<f64>() else {
+        let Ok(volts) = real_number(&answer) else {
             let found = answer.get_type().name()?;
             let allowed = "must return one number, in V";
             return Err(refuse("controller.step", format!("an object of type {found}"), allowed));
@@ -53,7 +53,7 @@ impl PythonController {
 #[allow(clippy::too_many_arguments, reason = "one for each of Python's")]
 pub(crate) fn simulate_controlled<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     command: &Command,
     step: Py<PyAny>,
     progress: Option<Py<PyAny>>,

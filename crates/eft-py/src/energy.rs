@@ -9,14 +9,14 @@ use crate::arrays;
 use crate::excitation::Command;
 use crate::integration::options;
 use crate::interruption::interruptible;
-use crate::rig::Rig;
+use crate::rig::GivenRig;
 use crate::values::{optional_number, real_number};
 
 /// The energy balance of a test in J by name, with the total dissipation and the relative gap.
 #[pyfunction]
 pub(crate) fn energy_balance<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     command: &Command,
     #[pyo3(from_py_with = optional_number)] largest_step: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -30,7 +30,7 @@ pub(crate) fn energy_balance<'py>(
 #[pyfunction]
 pub(crate) fn energy_of_traces<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     #[pyo3(from_py_with = real_number)] sample_rate: f64,
     displacement: &Bound<'py, PyAny>,
     velocity: &Bound<'py, PyAny>,

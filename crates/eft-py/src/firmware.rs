@@ -9,21 +9,26 @@ use pyo3::types::PyDict;
 use crate::errors::to_python;
 use crate::excitation::Command;
 use crate::interruption::Watch;
-use crate::rig::Rig;
+use crate::rig::GivenRig;
 use crate::run::traces;
 use crate::specimen::PythonSpecimen;
+use crate::values::whole_number;
 
 /// Return the source text of a rig's controller, a constant in Rust or C, for firmware.
 #[pyfunction]
 #[pyo3(signature = (rig, target, name=None))]
-pub(crate) fn export_source(rig: &Rig, target: &str, name: Option<&str>) -> PyResult<String> {
+pub(crate) fn export_source(rig: GivenRig, target: &str, name: Option<&str>) -> PyResult<String> {
     let target = target.parse().map_err(to_python)?;
     eft_sim::export::export(&rig.config, name, target).map_err(to_python)
 }
 
 /// Return an FMU's model description for a version of FMI, and its rig file.
 #[pyfunction]
-pub(crate) fn fmu_files(rig: &Rig, part: &str, fmi: u32) -> PyResult<(String, String)> {
+pub(crate) fn fmu_files(
+    rig: GivenRig,
+    part: &str,
+    #[pyo3(from_py_with = whole_number)] fmi: u32,
+) -> PyResult<(String, String)> {
     let files = || {
         let (part, version) = (eft_fmu::Part::named(part)?, eft_fmu::Version::numbered(fmi)?);
         Ok((eft_fmu::description(&rig.config, part, version)?, eft_fmu::resource(&rig.config, part)?))
@@ -37,7 +42,7 @@ pub(crate) fn fmu_files(rig: &Rig, part: &str, fmi: u32) -> PyResult<(String, St
 #[allow(clippy::too_many_arguments, reason = "one for each of Python's")]
 pub(crate) fn processor_in_the_loop<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     command: &Command,
     image: PathBuf,
     machine: &str,

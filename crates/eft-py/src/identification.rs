@@ -12,8 +12,8 @@ use crate::arrays;
 use crate::errors::refuse;
 use crate::flow_table::FlowTable;
 use crate::interruption::interruptible;
-use crate::rig::Rig;
-use crate::values::{self, real_number, real_pair};
+use crate::rig::GivenRig;
+use crate::values::{self, real_number, real_pair, whole_number};
 
 /// Return delay, uncertainty, intercept, coherence, frequencies and phase lags.
 #[pyfunction]
@@ -61,7 +61,7 @@ pub(crate) fn identify_flow_curve(
     displacement: Vec<Bound<'_, PyAny>>,
     #[pyo3(from_py_with = real_number)] sample_rate: f64,
     #[pyo3(from_py_with = real_number)] piston_area: f64,
-    knots: usize,
+    #[pyo3(from_py_with = whole_number)] knots: usize,
     method: &str,
 ) -> PyResult<FlowTable> {
     let identify = match method {
@@ -120,7 +120,7 @@ pub(crate) fn identify_overlap(
 #[pyfunction]
 pub(crate) fn identify_friction(
     py: Python<'_>,
-    rig: &Rig,
+    rig: GivenRig,
     spool: &Bound<'_, PyAny>,
     velocity: &Bound<'_, PyAny>,
     force: &Bound<'_, PyAny>,
@@ -142,7 +142,7 @@ pub(crate) fn identify_friction(
 #[pyfunction]
 pub(crate) fn identify_force_loop(
     py: Python<'_>,
-    rig: &Rig,
+    rig: GivenRig,
     valve_command: &Bound<'_, PyAny>,
     spool: &Bound<'_, PyAny>,
     velocity: &Bound<'_, PyAny>,
@@ -165,7 +165,7 @@ pub(crate) fn identify_force_loop(
 #[pyfunction]
 pub(crate) fn force_loop_keys<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     found: [(f64, f64); 5],
 ) -> PyResult<Bound<'py, PyAny>> {
     let [force_delay, spool_delay, response_delay, pilot_time_constant, compressibility] =
@@ -181,7 +181,7 @@ pub(crate) fn force_loop_keys<'py>(
 #[pyfunction]
 pub(crate) fn identify_load_cell(
     py: Python<'_>,
-    rig: &Rig,
+    rig: GivenRig,
     signals: [Bound<'_, PyAny>; 3],
     #[pyo3(from_py_with = real_number)] sample_rate: f64,
     #[pyo3(from_py_with = real_number)] gain_uncertainty: f64,
@@ -221,7 +221,7 @@ pub(crate) fn identify_damping(
 #[pyfunction]
 pub(crate) fn fine_tune<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
     velocity: &Bound<'py, PyAny>,
@@ -267,7 +267,7 @@ type Array<'py> = Bound<'py, PyArray1<f64>>;
 #[pyo3(signature = (rig, amplitude=0.0254, sample_rate=2048.0))]
 pub(crate) fn valve_test<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     #[pyo3(from_py_with = real_number)] amplitude: f64,
     #[pyo3(from_py_with = real_number)] sample_rate: f64,
 ) -> PyResult<(Array<'py>, Array<'py>)> {
@@ -301,7 +301,7 @@ pub(crate) fn valve_test<'py>(
 #[allow(clippy::type_complexity, reason = "three arrays are three arrays")]
 pub(crate) fn flow_test<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     #[pyo3(from_py_with = real_number)] amplitude: f64,
     #[pyo3(from_py_with = real_number)] frequency: f64,
     #[pyo3(from_py_with = real_number)] duration: f64,
@@ -334,7 +334,7 @@ pub(crate) fn flow_test<'py>(
 #[pyo3(signature = (rig, displacement, duration=10.0, sample_rate=512.0))]
 pub(crate) fn free_vibration<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     #[pyo3(from_py_with = real_number)] displacement: f64,
     #[pyo3(from_py_with = real_number)] duration: f64,
     #[pyo3(from_py_with = real_number)] sample_rate: f64,

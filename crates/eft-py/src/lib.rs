@@ -50,6 +50,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     PyArray1::<f64>::zeros(module.py(), 1, false);
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<rig::Rig>()?;
+    module.add_function(wrap_pyfunction!(rig::check_rig, module)?)?;
     module.add_class::<excitation::Command>()?;
     module.add_class::<excitation::Record>()?;
     module.add_class::<flow_table::FlowTable>()?;

@@ -8,8 +8,8 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::errors::refuse;
 use crate::interruption::interruptible;
-use crate::rig::Rig;
-use crate::values::real_number;
+use crate::rig::GivenRig;
+use crate::values::{real_number, whole_number};
 
 /// The metrics of a test's signals by name, one value per actuator, NaN if undefined. For a building each
 /// signal has one row per actuator. Without `costly` only those that take no longer than the test.
@@ -17,7 +17,7 @@ use crate::values::real_number;
 #[allow(clippy::too_many_arguments, reason = "the signals of a test")]
 pub(crate) fn judge_test<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     #[pyo3(from_py_with = real_number)] sample_rate: f64,
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
@@ -119,7 +119,7 @@ pub(crate) fn coherence<'py>(
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = real_number)] sample_rate: f64,
-    segment: usize,
+    #[pyo3(from_py_with = whole_number)] segment: usize,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
     let found = interruptible(py, || judge::coherence(&command, &force, sample_rate, segment))?;

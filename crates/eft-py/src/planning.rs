@@ -12,13 +12,16 @@ use crate::arrays;
 use crate::errors::to_python;
 use crate::excitation::{Command, Record, record};
 use crate::interruption::interruptible;
-use crate::rig::Rig;
-use crate::values::real_number;
+use crate::rig::{GivenRig, Rig};
+use crate::values::{real_number, whole_number};
 
 /// Return the record without the polynomial of a degree (0 to 5) that fits its acceleration best.
 #[pyfunction]
 #[pyo3(signature = (record, degree=1))]
-pub(crate) fn baseline_corrected(record: &Record, degree: usize) -> PyResult<Record> {
+pub(crate) fn baseline_corrected(
+    record: &Record,
+    #[pyo3(from_py_with = whole_number)] degree: usize,
+) -> PyResult<Record> {
     self::record(preparation::baseline_corrected(&record.inner, degree))
 }
 
@@ -116,7 +119,11 @@ pub(crate) fn displacement_spectrum<'py>(
 ///
 /// In a shear building the demands are those of the actuator with the largest, and the pump's mean flow is that of all.
 #[pyfunction]
-pub(crate) fn demands<'py>(py: Python<'py>, rig: &Rig, command: &Command) -> PyResult<Bound<'py, PyList>> {
+pub(crate) fn demands<'py>(
+    py: Python<'py>,
+    rig: GivenRig,
+    command: &Command,
+) -> PyResult<Bound<'py, PyList>> {
     let rig = &rig.config;
     let commands = command.of(rig)?;
     listed(py, &interruptible(py, || feasibility::demands(rig, commands))?)
@@ -149,7 +156,7 @@ fn listed<'py>(py: Python<'py>, demands: &[Demand]) -> PyResult<Bound<'py, PyLis
 #[pyfunction]
 pub(crate) fn check_feasibility<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     command: &Command,
 ) -> PyResult<Bound<'py, PyDict>> {
     let rig = &rig.config;
@@ -173,7 +180,7 @@ pub(crate) fn check_feasibility<'py>(
 
 /// Return the rig as self-calibration at a sample rate (Hz) will have tuned it.
 #[pyfunction]
-pub(crate) fn learned(rig: &Rig, #[pyo3(from_py_with = real_number)] sample_rate: f64) -> PyResult<Rig> {
+pub(crate) fn learned(rig: GivenRig, #[pyo3(from_py_with = real_number)] sample_rate: f64) -> PyResult<Rig> {
     Ok(Rig { config: eft_sim::learned(&rig.config, sample_rate).map_err(to_python)? })
 }
 
@@ -188,7 +195,7 @@ pub(crate) fn learned(rig: &Rig, #[pyo3(from_py_with = real_number)] sample_rate
 #[pyfunction]
 pub(crate) fn predicted_errors<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     command: &Command,
 ) -> PyResult<Option<Bound<'py, PyDict>>> {
     let rig = &rig.config;

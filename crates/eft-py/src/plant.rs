@@ -9,9 +9,9 @@ use pyo3::prelude::*;
 use crate::arrays;
 use crate::errors::{refuse, to_python};
 use crate::one_caller::OneCaller;
-use crate::rig::{Rig, is_building};
+use crate::rig::{GivenRig, is_building};
 use crate::specimen::motions;
-use crate::values::optional_number;
+use crate::values::{optional_number, real_number};
 
 /// Valve, actuator and structure of a rig, stepped sample by sample under a held valve command.
 ///
@@ -46,7 +46,7 @@ pub(crate) struct Plant {
 impl Plant {
     /// One value per actuator.
     fn vector(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-        if self.stacked { arrays::vector(name, value) } else { Ok(vec![value.extract()?]) }
+        if self.stacked { arrays::vector(name, value) } else { Ok(vec![real_number(value)?]) }
     }
 
     fn state_of(&self, plant: &PlantStepper) -> PlantState {
@@ -59,7 +59,7 @@ impl Plant {
     #[new]
     #[pyo3(signature = (rig, sample_rate=None, structure=None))]
     fn new(
-        rig: &Rig,
+        rig: GivenRig,
         #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
         structure: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {

@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::errors::refuse;
 use crate::interruption::interruptible;
-use crate::rig::Rig;
+use crate::rig::{GivenRig, Rig};
 use crate::run::{Dtype, calibration};
 use crate::values::real_number;
 
@@ -19,7 +19,7 @@ use crate::values::real_number;
 #[pyfunction]
 pub(crate) fn replay<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     signals: &Bound<'py, PyDict>,
     #[pyo3(from_py_with = real_number)] sample_rate: f64,
     dtype: &str,
@@ -54,7 +54,7 @@ pub(crate) fn replay<'py>(
         Dtype::F32 => learned::<f32>(py, rig, sample_rate, &inputs),
         Dtype::F64 => learned::<f64>(py, rig, sample_rate, &inputs),
     };
-    let found = run(rig)?;
+    let found = run(&rig)?;
     let arrays = PyDict::new(py);
     for (name, values) in [
         ("time", found.time),

@@ -1,10 +1,11 @@
 //! `eft.Rig`.
 
+use std::ops::Deref;
 use std::path::PathBuf;
 
 use eft_sim::RigConfig;
 use eft_sim::config::{KEYS, Key, Kind, Need, Preset, StructureKind};
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyMapping};
 use toml::Value;
@@ -26,6 +27,37 @@ use crate::values;
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct Rig {
     pub(crate) config: RigConfig,
+}
+
+/// A rig as an argument. The error for any other object says how to make a rig of it.
+pub(crate) struct GivenRig(Py<Rig>);
+
+impl<'py> FromPyObject<'_, 'py> for GivenRig {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(rig) = given.cast::<Rig>() {
+            return Ok(Self(rig.to_owned().unbind()));
+        }
+        let kind = given.get_type().name()?;
+        Err(PyTypeError::new_err(format!(
+            "rig = an object of type {kind}: must be an eft.Rig; eft.Rig.from_dict makes one from a mapping"
+        )))
+    }
+}
+
+impl Deref for GivenRig {
+    type Target = Rig;
+
+    fn deref(&self) -> &Rig {
+        self.0.get()
+    }
+}
+
+/// Refuse any object but a rig, with the same error as every function that takes one.
+#[pyfunction]
+pub(crate) fn check_rig(rig: GivenRig) {
+    drop(rig);
 }
 
 fn wrap(result: eft_sim::Result<RigConfig>) -> PyResult<Rig> {

@@ -14,7 +14,7 @@ use crate::errors::{refuse, to_python};
 use crate::excitation::Command;
 use crate::integration::options;
 use crate::interruption::{Watch, interruptible};
-use crate::rig::{Rig, is_building};
+use crate::rig::{GivenRig, Rig, is_building};
 use crate::specimen::PythonSpecimen;
 use crate::values::{optional_number, to_python as to_python_value};
 
@@ -51,7 +51,7 @@ impl Dtype {
 #[allow(clippy::too_many_arguments, reason = "one for each of Python's")]
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     command: &Command,
     dtype: &str,
     progress: Option<Py<PyAny>>,
@@ -140,7 +140,7 @@ pub(crate) fn calibration<'py>(
 
 /// The tested rig with the flow curve (m³/s) that its test found.
 #[pyfunction]
-pub(crate) fn corrected_rig(rig: &Rig, found_flows: &Bound<'_, PyAny>) -> PyResult<Rig> {
+pub(crate) fn corrected_rig(rig: GivenRig, found_flows: &Bound<'_, PyAny>) -> PyResult<Rig> {
     let flows = arrays::vector("found_flows", found_flows)?;
     let config = closed_loop::corrected_rig(&rig.config, &flows).map_err(to_python)?;
     Ok(Rig { config })
@@ -150,7 +150,7 @@ pub(crate) fn corrected_rig(rig: &Rig, found_flows: &Bound<'_, PyAny>) -> PyResu
 #[pyfunction]
 pub(crate) fn ideal_response<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     command: &Command,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     let (rig, options) = (&rig.config, SimulateOptions::default());

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use crate::arrays;
 use crate::errors::refuse;
+use crate::values::real_number;
 
 /// A structure in Python, called as ``structure(force, dt)`` once per sample; it returns ``(displacement,
 /// velocity)``.
@@ -82,7 +83,7 @@ pub(crate) fn motions(answer: &Bound<'_, PyAny>, stacked: bool) -> PyResult<Moti
     let Ok((displacement, velocity)) = answer.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>() else {
         return Err(refused(answer));
     };
-    let vector = |name: &str, value: &Bound<'_, PyAny>| match value.extract() {
+    let vector = |name: &str, value: &Bound<'_, PyAny>| match real_number(value) {
         _ if stacked => arrays::vector(name, value),
         Ok(number) => Ok(vec![number]),
         Err(_) => Err(refused(value)),

@@ -6,7 +6,7 @@ use eft_sim::metrics::METRICS;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::rig::Rig;
+use crate::rig::GivenRig;
 
 /// The traces of a run: name, unit, description, and its value in a test that does not record it: "recorded",
 /// "constant", "nominal" (of the learner), "absent", or the name of an equal trace.
@@ -24,7 +24,7 @@ pub(crate) fn trace_table() -> Vec<(&'static str, &'static str, &'static str, &'
 
 /// The number of traces that a test of a rig keeps, one value per sample each.
 #[pyfunction]
-pub(crate) fn recorded_traces(rig: &Rig) -> usize {
+pub(crate) fn recorded_traces(rig: GivenRig) -> usize {
     Traces::recorded(&rig.config)
 }
 

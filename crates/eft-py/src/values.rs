@@ -16,18 +16,40 @@ pub(crate) fn real_number(given: &Bound<'_, PyAny>) -> PyResult<f64> {
     if let Ok(number) = given.cast::<PyFloat>() {
         return Ok(number.value());
     }
-    // Also an array of NumPy without dimensions.
+    no_truth_value(given, "real")?;
+    given.extract()
+}
+
+/// Refuses a truth value of Python or NumPy, also an array of NumPy without dimensions, for this kind of number.
+fn no_truth_value(given: &Bound<'_, PyAny>, number: &str) -> PyResult<()> {
     let kind = given.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
     if given.is_instance_of::<PyBool>() || kind.is_ok_and(|kind| kind.eq("b").unwrap_or(false)) {
         let kind = given.get_type().name()?;
-        return Err(PyTypeError::new_err(format!("must be real number, not a truth value of type {kind}")));
+        return Err(PyTypeError::new_err(format!(
+            "must be {number} number, not a truth value of type {kind}"
+        )));
     }
-    given.extract()
+    Ok(())
 }
 
 /// A number, or `None`.
 pub(crate) fn optional_number(given: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
     if given.is_none() { Ok(None) } else { real_number(given).map(Some) }
+}
+
+/// A whole number, which a truth value is not.
+pub(crate) fn whole_number<T: for<'a, 'py> FromPyObject<'a, 'py, Error = PyErr>>(
+    given: &Bound<'_, PyAny>,
+) -> PyResult<T> {
+    no_truth_value(given, "whole")?;
+    given.extract()
+}
+
+/// A whole number, or `None`.
+pub(crate) fn optional_whole<T: for<'a, 'py> FromPyObject<'a, 'py, Error = PyErr>>(
+    given: &Bound<'_, PyAny>,
+) -> PyResult<Option<T>> {
+    if given.is_none() { Ok(None) } else { whole_number(given).map(Some) }
 }
 
 /// Two numbers.

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from eft._memory import StudyMemory, warn_of_memory
-from eft._native import Command, Rig
+from eft._native import Command, Rig, check_rig
 from eft._run import Dtype
 from eft._study._batch import run_batch
 from eft._study._combinations import combinations_of
@@ -106,6 +106,7 @@ def study(
     >>> found.row(0)["nrmse"] > found.row(1)["nrmse"]
     True
     """
+    check_rig(rig)
     commands = _commands(command)
     combinations = combinations_of(parameters, rig)
     total = len(commands) * len(combinations)

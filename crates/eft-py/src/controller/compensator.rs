@@ -8,8 +8,8 @@ use pyo3::types::PyTuple;
 use crate::controller::channel::{Channel, Further};
 use crate::controller::shared::python_methods;
 use crate::one_caller::OneCaller;
-use crate::rig::Rig;
-use crate::values::optional_number;
+use crate::rig::GivenRig;
+use crate::values::{optional_number, real_number};
 
 /// The velocity feedback compensation, one sample at a time: the same code as in firmware.
 ///
@@ -36,8 +36,8 @@ pub(crate) struct Compensator {
 python_methods!(Compensator {
     #[new]
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
-    fn new(rig: &Rig, dtype: &str, #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>) -> PyResult<Self> {
-        let channel = Channel::new(rig, dtype, sample_rate, Realization::Analog)?;
+    fn new(rig: GivenRig, dtype: &str, #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>) -> PyResult<Self> {
+        let channel = Channel::new(&rig, dtype, sample_rate, Realization::Analog)?;
         Ok(Self { channel: OneCaller::new("eft.Compensator", channel) })
     }
 
@@ -99,18 +99,18 @@ python_methods!(Compensator {
     #[allow(clippy::too_many_arguments)] // Python's, most of them optional
     fn step(
         &self,
-        velocity: f64,
-        force: f64,
-        spool: f64,
-        command: Option<f64>,
-        supply_pressure: Option<f64>,
-        valve_command: Option<f64>,
-        displacement: Option<f64>,
-        acceleration: Option<f64>,
-        next_command: Option<f64>,
-        alive: Option<f64>,
-        period: Option<f64>,
-        load_pressure: Option<f64>,
+        #[pyo3(from_py_with = real_number)] velocity: f64,
+        #[pyo3(from_py_with = real_number)] force: f64,
+        #[pyo3(from_py_with = real_number)] spool: f64,
+        #[pyo3(from_py_with = optional_number)] command: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] supply_pressure: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] valve_command: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] displacement: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] acceleration: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] next_command: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] alive: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] period: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] load_pressure: Option<f64>,
     ) -> PyResult<f64> {
         let mut channel = self.channel.lock()?;
         channel.needs_command(command.is_some())?;
@@ -212,13 +212,13 @@ python_methods!(Compensator {
     #[allow(clippy::too_many_arguments)] // Python's, all of them optional
     fn prime(
         &self,
-        velocity: f64,
-        force: f64,
-        spool: f64,
-        command: f64,
-        supply_pressure: Option<f64>,
-        displacement: Option<f64>,
-        acceleration: Option<f64>,
+        #[pyo3(from_py_with = real_number)] velocity: f64,
+        #[pyo3(from_py_with = real_number)] force: f64,
+        #[pyo3(from_py_with = real_number)] spool: f64,
+        #[pyo3(from_py_with = real_number)] command: f64,
+        #[pyo3(from_py_with = optional_number)] supply_pressure: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] displacement: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] acceleration: Option<f64>,
     ) -> PyResult<()> {
         let values = [command, velocity, force, spool];
         self.channel.lock()?.prime(values, supply_pressure, [displacement, acceleration])

@@ -124,7 +124,7 @@ macro_rules! python_methods {
             }
 
             #[staticmethod]
-            fn _made(rig: &Rig, dtype: &str, sample_rate: f64) -> PyResult<Self> {
+            fn _made(rig: GivenRig, dtype: &str, sample_rate: f64) -> PyResult<Self> {
                 Self::new(rig, dtype, Some(sample_rate))
             }
         }

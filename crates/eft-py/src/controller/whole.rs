@@ -8,8 +8,8 @@ use pyo3::types::PyTuple;
 use crate::controller::channel::{Channel, Further};
 use crate::controller::shared::python_methods;
 use crate::one_caller::OneCaller;
-use crate::rig::Rig;
-use crate::values::optional_number;
+use crate::rig::GivenRig;
+use crate::values::{optional_number, real_number};
 
 /// The whole digital controller, one tick at a time: compensation, Eq. (1) and limits, the same code as in firmware.
 ///
@@ -36,8 +36,8 @@ pub(crate) struct Controller {
 python_methods!(Controller {
     #[new]
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
-    fn new(rig: &Rig, dtype: &str, #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>) -> PyResult<Self> {
-        let channel = Channel::new(rig, dtype, sample_rate, Realization::Digital)?;
+    fn new(rig: GivenRig, dtype: &str, #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>) -> PyResult<Self> {
+        let channel = Channel::new(&rig, dtype, sample_rate, Realization::Digital)?;
         Ok(Self { channel: OneCaller::new("eft.Controller", channel) })
     }
 
@@ -93,17 +93,17 @@ python_methods!(Controller {
     #[allow(clippy::too_many_arguments)] // Python's, some of them optional
     fn step(
         &self,
-        command: f64,
-        velocity: f64,
-        force: f64,
-        spool: f64,
-        supply_pressure: Option<f64>,
-        displacement: Option<f64>,
-        acceleration: Option<f64>,
-        next_command: Option<f64>,
-        alive: Option<f64>,
-        period: Option<f64>,
-        load_pressure: Option<f64>,
+        #[pyo3(from_py_with = real_number)] command: f64,
+        #[pyo3(from_py_with = real_number)] velocity: f64,
+        #[pyo3(from_py_with = real_number)] force: f64,
+        #[pyo3(from_py_with = real_number)] spool: f64,
+        #[pyo3(from_py_with = optional_number)] supply_pressure: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] displacement: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] acceleration: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] next_command: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] alive: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] period: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] load_pressure: Option<f64>,
     ) -> PyResult<f64> {
         let further = Further {
             supply_pressure,
@@ -200,13 +200,13 @@ python_methods!(Controller {
     #[allow(clippy::too_many_arguments)] // Python's, all of them optional
     fn prime(
         &self,
-        command: f64,
-        velocity: f64,
-        force: f64,
-        spool: f64,
-        supply_pressure: Option<f64>,
-        displacement: Option<f64>,
-        acceleration: Option<f64>,
+        #[pyo3(from_py_with = real_number)] command: f64,
+        #[pyo3(from_py_with = real_number)] velocity: f64,
+        #[pyo3(from_py_with = real_number)] force: f64,
+        #[pyo3(from_py_with = real_number)] spool: f64,
+        #[pyo3(from_py_with = optional_number)] supply_pressure: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] displacement: Option<f64>,
+        #[pyo3(from_py_with = optional_number)] acceleration: Option<f64>,
     ) -> PyResult<()> {
         let values = [command, velocity, force, spool];
         self.channel.lock()?.prime(values, supply_pressure, [displacement, acceleration])

@@ -9,7 +9,7 @@ use pyo3::sync::PyOnceLock;
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
-use crate::values::{optional_number, real_number};
+use crate::values::{optional_number, optional_whole, real_number, whole_number};
 
 /// One component of a ground motion.
 ///
@@ -96,7 +96,7 @@ impl Record {
     /// >>> eft.Record([2.0, 0.0, 2.0, 0.0], 0.01).baseline_corrected(0).acceleration.tolist()
     /// [1.0, -1.0, 1.0, -1.0]
     #[pyo3(signature = (degree=1))]
-    fn baseline_corrected(&self, degree: usize) -> PyResult<Self> {
+    fn baseline_corrected(&self, #[pyo3(from_py_with = whole_number)] degree: usize) -> PyResult<Self> {
         record(preparation::baseline_corrected(&self.inner, degree))
     }
 
@@ -291,7 +291,7 @@ pub(crate) fn read_record(
     path: PathBuf,
     #[pyo3(from_py_with = optional_number)] dt: Option<f64>,
     unit: Option<&str>,
-    channel: Option<usize>,
+    #[pyo3(from_py_with = optional_whole)] channel: Option<usize>,
 ) -> PyResult<Record> {
     let unit = match unit {
         None => None,

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
-use crate::rig::Rig;
+use crate::rig::GivenRig;
 use crate::values::{optional_number, real_pair};
 
 /// Return the parts of the delay that the lead network must compensate for, in s.
@@ -34,7 +34,7 @@ use crate::values::{optional_number, real_pair};
 #[pyo3(signature = (rig, sample_rate=None, band=(0.25, 10.0)), text_signature = "(rig, sample_rate=None, band=(0.25, 10.0))")]
 pub(crate) fn delay_budget<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
     #[pyo3(from_py_with = real_pair)] band: (f64, f64),
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -67,7 +67,10 @@ pub(crate) fn delay_budget<'py>(
 ///     In Hz; that of the rig's controller if not given.
 #[pyfunction]
 #[pyo3(signature = (rig, sample_rate=None))]
-pub(crate) fn observer_gains(rig: &Rig, sample_rate: Option<f64>) -> PyResult<(f64, f64, f64)> {
+pub(crate) fn observer_gains(
+    rig: GivenRig,
+    #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
+) -> PyResult<(f64, f64, f64)> {
     let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
     let [displacement, velocity, drift] = rig.config.observer_gains(rate).map_err(to_python)?;
     Ok((displacement, velocity, drift))
@@ -92,7 +95,7 @@ pub(crate) fn observer_gains(rig: &Rig, sample_rate: Option<f64>) -> PyResult<(f
 #[allow(clippy::type_complexity, reason = "two arrays are two arrays")]
 pub(crate) fn inverse_dynamics<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     frequency: &Bound<'py, PyAny>,
 ) -> PyResult<(Bound<'py, PyArray1<Complex64>>, Bound<'py, PyArray1<Complex64>>)> {
     let frequencies = arrays::vector("frequency", frequency)?;

@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use crate::errors::{refuse, to_python};
 use crate::interruption::interruptible;
 use crate::linear::LinearModel;
-use crate::rig::Rig;
+use crate::rig::{GivenRig, Rig};
 use crate::values::{self, optional_number};
 
 fn flow_gain(name: &str) -> PyResult<FlowGain> {
@@ -67,13 +67,13 @@ fn time(rig: &Rig, sampled: bool, sample_rate: Option<f64>) -> Time {
 #[pyfunction]
 #[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
 pub(crate) fn linearize(
-    rig: &Rig,
+    rig: GivenRig,
     sampled: bool,
     #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
     flow_gain: &str,
 ) -> PyResult<LinearModel> {
     let gain = self::flow_gain(flow_gain)?;
-    let model = linear::linearize(&rig.config, gain, time(rig, sampled, sample_rate));
+    let model = linear::linearize(&rig.config, gain, time(&rig, sampled, sample_rate));
     model.map(|inner| LinearModel { inner }).map_err(to_python)
 }
 
@@ -105,12 +105,12 @@ pub(crate) fn linearize(
 #[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
 pub(crate) fn stability_margin(
     py: Python<'_>,
-    rig: &Rig,
+    rig: GivenRig,
     sampled: bool,
     #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
     flow_gain: &str,
 ) -> PyResult<f64> {
-    let (gain, time) = (self::flow_gain(flow_gain)?, time(rig, sampled, sample_rate));
+    let (gain, time) = (self::flow_gain(flow_gain)?, time(&rig, sampled, sample_rate));
     interruptible(py, || linear::stability_margin(&rig.config, gain, time))
 }
 
@@ -131,12 +131,12 @@ pub(crate) fn stability_margin(
 #[pyo3(signature = (rig, *, sampled=false, sample_rate=None, flow_gain="nominal"))]
 pub(crate) fn stability_margins<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     sampled: bool,
     #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>,
     flow_gain: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (gain, time) = (self::flow_gain(flow_gain)?, time(rig, sampled, sample_rate));
+    let (gain, time) = (self::flow_gain(flow_gain)?, time(&rig, sampled, sample_rate));
     let margins = interruptible(py, || linear::stability_margins(&rig.config, gain, time))?;
     let answer = PyDict::new(py);
     answer.set_item("growth_rate", margins.growth_rate)?;
@@ -158,7 +158,7 @@ pub(crate) fn stability_margins<'py>(
 #[pyfunction]
 pub(crate) fn margins_within(
     py: Python<'_>,
-    rig: &Rig,
+    rig: GivenRig,
     sample_rate: f64,
     level: f64,
     dead_time: f64,
@@ -176,7 +176,7 @@ pub(crate) fn margins_within(
 #[pyfunction]
 pub(crate) fn stability_map<'py>(
     py: Python<'py>,
-    rig: &Rig,
+    rig: GivenRig,
     horizontal: (String, Vec<Bound<'py, PyAny>>),
     vertical: (String, Vec<Bound<'py, PyAny>>),
     quantity: &str,

@@ -9,7 +9,7 @@ use crate::arrays;
 use crate::errors::refuse;
 use crate::excitation::command::{Command, Origin};
 use crate::excitation::record::Record;
-use crate::values::{real_number, real_pair};
+use crate::values::{real_number, real_pair, whole_number};
 
 #[pymethods]
 impl Command {
@@ -207,7 +207,7 @@ impl Command {
         #[pyo3(from_py_with = real_pair)] band: (f64, f64),
         #[pyo3(from_py_with = real_number)] duration: f64,
         #[pyo3(from_py_with = real_number)] sample_rate: f64,
-        seed: u64,
+        #[pyo3(from_py_with = whole_number)] seed: u64,
     ) -> PyResult<Self> {
         Self::of_one(excitation::noise(rms, band, duration, sample_rate, seed))
     }
