@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from eft import _native
 from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, of_protection, of_supply, worst
 from eft._native import Command, Rig
-from eft._prediction import of_prediction, predicted
+from eft._prediction import of_droop, of_prediction, predicted
 from eft._read_only import read_only
 from eft._results import Result
 
@@ -295,7 +295,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     capacity and a sample rate below 250 times the natural frequency are cautions. In a building it is that of
     each floor while the others are at rest. The pressure to which the supply falls under the flow of the
     demands is judged as after the test, by ``verdict.caution.supply_pressure`` and
-    ``verdict.no.supply_pressure``.
+    ``verdict.no.supply_pressure``. A droop without ``compensation.supply_correction`` is a caution if the
+    displacement's error at this pressure exceeds its limit.
 
     Parameters
     ----------
@@ -327,8 +328,12 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     findings += of_supply(rig, found["lowest_supply_pressure"], found["demands"])
     findings += of_protection(rig, rate)
     errors = predicted(rig, command)
+    left_out = _left_out(rig, rate) if errors is None else errors.left_out
     if errors is not None:
         findings += of_prediction(rig, rate, errors)
+        if droop := list(of_droop(rig, command, found["lowest_supply_pressure"], errors)):
+            findings += droop
+            left_out = tuple(dict.fromkeys((*left_out, "supply.droop")))
     elif rig["structure.kind"] == "shear_building" and rig["compensation.adaptive"]:
         findings.append(Finding("go", _OF_SEVERAL))
     findings.sort(key=lambda one: -GRADES.index(one.grade))
@@ -342,7 +347,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
         **found,
         force_error=None if errors is None else errors.force.whole,
         displacement_error=None if errors is None else errors.displacement.whole,
-        left_out=_left_out(rig, rate) if errors is None else errors.left_out,
+        left_out=left_out,
     )
 
 

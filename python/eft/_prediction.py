@@ -12,6 +12,9 @@ from eft._native import Command, Rig
 NOTICED = 5e-4
 """Difference of two delays, s, that is worth a remark."""
 
+_LEAST_PRESSURE = 0.01
+"""Share of the supply pressure that a prediction needs at least."""
+
 
 class PredictedError(NamedTuple):
     """One error and its parts, rms over rms."""
@@ -77,6 +80,29 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
             f"compensates for {1e3 * lead:.2g} ms."
         )
         yield Finding(worst(grades), sentence)
+
+
+def of_droop(rig: Rig, command: Command, lowest: float, found: Prediction) -> Iterator[Finding]:
+    """A caution about a droop to this lowest pressure, Pa, that the controller does not know.
+
+    A linear model has one pressure. At the lowest one the flow gain is that of the root of the pressure.
+    """
+    plant = rig.plant
+    if plant["supply.droop"] is None or rig["compensation.supply_correction"]:
+        return
+    share = lowest / plant["supply.pressure"]
+    flow_gain = max(share, _LEAST_PRESSURE) ** 0.5 * plant["servovalve.flow_gain_scale"]
+    drooped = predicted(rig.replace({"truth.servovalve.flow_gain_scale": flow_gain}), command)
+    if drooped is None:
+        return
+    error = drooped.displacement.whole
+    if error > found.displacement.whole and above(rig, "displacement_error", error) is not None:
+        sentence = (
+            f"The supply droops to {share:.0%} of its pressure, and the controller does not know it: the "
+            f"displacement may miss the ideal one by about {error:.0%} (rms). "
+            "compensation.supply_correction measures the pressure."
+        )
+        yield Finding("caution", sentence, (("compensation.supply_correction", True),))
 
 
 def _of_constant(rig: Rig, constants: dict[str, float]) -> str:
