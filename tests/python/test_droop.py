@@ -14,7 +14,9 @@ def test_a_droop_that_the_controller_does_not_know_is_named_with_its_effect():
     assert found.lowest_supply_pressure > 0.96 * RIG["supply.pressure"]
     assert run.verdict.grade == "no" and found.verdict == "caution"
     (reason,) = found.reasons
-    assert reason.startswith("The supply droops to 96% of its pressure, and the controller does not know it: ")
+    assert reason.startswith(
+        "The supply droops to 96% of its pressure, and the controller does not know it: "
+    )
     assert "compensation.supply_correction" in reason and "supply.droop" in found.left_out
     # The prediction at the lowest pressure has the size of the error.
     assert "by about 23% (rms)" in reason

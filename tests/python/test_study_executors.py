@@ -55,6 +55,34 @@ def test_a_broken_pool_ends_the_study_and_keeps_what_was_done(tmp_path):
     assert rows(eft.study(RIG, COMMAND, GRID, output=tmp_path / "s")) == rows(eft.study(RIG, COMMAND, GRID))
 
 
+class Unstarted(ProcessPoolExecutor):
+    """A pool of which the first chunk ends with an error and the others wait."""
+
+    def __init__(self, error):
+        super().__init__(1)
+        self.error, self.futures, self.ended = error, [], []
+
+    def submit(self, fn, /, *args, **kwargs):
+        self.futures.append(Future())
+        if len(self.futures) == 1:
+            self.futures[0].set_exception(self.error)
+        return self.futures[-1]
+
+    def shutdown(self, wait=True, *, cancel_futures=False):
+        self.ended.append((wait, cancel_futures))
+        super().shutdown(wait, cancel_futures=cancel_futures)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), BrokenProcessPool("gone")])
+def test_a_pool_whose_workers_may_be_dead_cancels_its_work_itself(error):
+    # Before Python 3.12.1 its thread fails at a future that was cancelled elsewhere, and the program stays.
+    with Unstarted(error) as pool:
+        with pytest.raises(type(error)):
+            eft.study(RIG, COMMAND, GRID, executor=pool, chunk=1)
+        assert pool.ended == [(False, True)]
+        assert len(pool.futures) > 1 and not any(future.cancelled() for future in pool.futures)
+
+
 def test_what_is_no_executor_is_refused():
     with pytest.raises(TypeError, match=r"^executor = .*get_executor"):
         eft.study(RIG, COMMAND, GRID, executor=object())

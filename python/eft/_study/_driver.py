@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
 from itertools import islice
 from os import PathLike
@@ -57,7 +66,8 @@ def study(
         Numbers are in SI units. Texts have their unit, such as ``"7 t"``, and the rows have the SI value.
     executor : concurrent.futures.Executor, optional
         The executor of the tests, such as a process pool or ``Client.get_executor()`` of Dask distributed.
-        Without one, the tests run on all cores of this machine. The rows are the same.
+        Without one, the tests run on all cores of this machine. The rows are the same. Ctrl-C ends a process
+        pool.
     output : str or os.PathLike, optional
         A folder for the rows, as Parquet (needs pyarrow). If it holds the beginning of the same study, the
         study resumes. A kill at any moment loses at most the running chunks. Without a folder the rows stay
@@ -192,6 +202,13 @@ def _run(plan: Plan, todo: Iterable[int], executor: Executor | None) -> Iterator
             for future in sorted(done, key=_broke):
                 number = flying.pop(future)
                 yield number, _result(future, plan.batch(number), executor)
+    except (KeyboardInterrupt, BrokenProcessPool):
+        # The interrupt kills workers that wait for work. Before Python 3.12.1 the thread of a broken pool
+        # fails at a future that was cancelled here, and the other workers then wait for ever.
+        if isinstance(executor, ProcessPoolExecutor):
+            executor.shutdown(wait=False, cancel_futures=True)
+            flying.clear()
+        raise
     finally:
         for future in flying:
             future.cancel()
