@@ -91,6 +91,14 @@ pub fn flow_test(
 ) -> Result<FlowTest> {
     checks::within_nyquist("frequency", frequency, sample_rate)?;
     checks::positive("piston_mass", piston_mass, "kg")?;
+    let stroke = rig.actuator.stroke;
+    if amplitude.abs() > stroke {
+        return Err(Error::value(
+            "amplitude",
+            Short(amplitude),
+            format!("must be at most the stroke, {} m", Short(stroke)),
+        ));
+    }
     let free = rig.plant().with(|free| {
         free.structure.kind = StructureKind::Linear;
         (free.structure.mass, free.structure.damping, free.structure.stiffness) = (piston_mass, 0.0, 0.0);
@@ -103,7 +111,7 @@ pub fn flow_test(
     let resonance = actuator.piston_area / (compressibility * piston_mass).sqrt();
     let steps = SimulateOptions::default().grid(&free, sample_rate)?.steps;
     let grid = TimeGrid::new(sample_rate, steps.max((4.0 * resonance / sample_rate).ceil() as u32));
-    let per_metre = FULL_SCALE / rig.actuator.stroke;
+    let per_metre = FULL_SCALE / stroke;
     let mut test = FlowTest { command: Vec::new(), displacement: Vec::new(), spool: Vec::new() };
     for (i, command) in sweep.values.into_iter().enumerate() {
         if i.is_multiple_of(grid.quick_ticks()) {

@@ -132,6 +132,8 @@ fn a_wrong_argument_of_an_experiment_is_named() {
     }
     let error = flow_test(&rig, 0.01, f64::NAN, 1.0, 20.0, 2048.0).unwrap_err().to_string();
     assert!(error.starts_with("frequency = NaN"), "{error}");
+    let error = flow_test(&rig, 0.2, 3.0, 1.0, 20.0, 2048.0).unwrap_err().to_string();
+    assert_eq!(error, "amplitude = 0.2: must be at most the stroke, 0.127 m");
     let error = flow_test(&rig, 0.01, 3.0, 1.0, -1.0, 2048.0).unwrap_err().to_string();
     assert!(error.starts_with("piston_mass = -1"), "{error}");
 }

@@ -54,7 +54,9 @@ pub(super) fn find_phrase(text: &str, phrase: &str) -> Option<usize> {
 /// place, to avoid a second copy of the file.
 pub(super) fn make_utf8(bytes: &mut [u8]) {
     if std::str::from_utf8(bytes).is_err() && !is_utf16(bytes) {
-        bytes.iter_mut().filter(|byte| !byte.is_ascii()).for_each(|byte| *byte = b'?');
+        // The superscript two of Latin-1 ends a unit.
+        let plain = |byte| if byte == 0xb2 { b'2' } else { b'?' };
+        bytes.iter_mut().filter(|byte| !byte.is_ascii()).for_each(|byte| *byte = plain(*byte));
     }
 }
 
@@ -76,7 +78,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, Fault> {
         return Err(Fault::new(kind.map_or("is not a text file (it contains zero bytes)".into(), |(_, name)| {
             format!(
                 "is {name} file, not text: read it by other means, and make the record of its values with \
-                 `Record(acceleration, dt)`"
+                 `Record(acceleration, dt)`; in Python `eft.traces.read_traces` reads it"
             )
         })));
     }
@@ -114,6 +116,16 @@ mod tests {
             assert_eq!((lines[3].number, lines[3].text), (4, "c"));
             assert!(lines[2].is_blank());
         }
+    }
+
+    #[test]
+    fn a_unit_in_latin_1_keeps_its_square() {
+        let mut bytes = b"Gr\xf6\xdfe (m/s\xb2)".to_vec();
+        make_utf8(&mut bytes);
+        assert_eq!(bytes, b"Gr??e (m/s2)");
+        let mut bytes = "a (m/s²)".as_bytes().to_vec();
+        make_utf8(&mut bytes);
+        assert_eq!(bytes, "a (m/s²)".as_bytes());
     }
 
     #[test]
