@@ -19,7 +19,11 @@ def atomic_write(path: Path) -> Iterator[Path]:
         If `path` exists and is not an ordinary file, for example a device, which would be replaced.
     """
     check_replaceable(path)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        # The name of the temporary file would tell nobody anything.
+        raise type(error)(error.errno, error.strerror, str(path)) from None
     os.close(handle)
     temporary = Path(name)
     try:

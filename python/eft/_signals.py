@@ -37,6 +37,9 @@ def labelled(runs: TestRun | Mapping[str, TestRun], alone: str = "measured") -> 
     answer: dict[str, TestRun] = {}
     named = runs if isinstance(runs, Mapping) else {alone: runs}
     for label, run in named.items():
+        if not hasattr(run, "command"):
+            found = f"runs = an object of type {type(run).__name__}"
+            raise TypeError(f"{found}: must be a TestRun, or a mapping of names to TestRuns")
         if run.command.ndim == 1:
             answer[label] = run
             continue

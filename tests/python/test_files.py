@@ -19,6 +19,13 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_missing_folder_is_told_by_the_name_that_was_given(tmp_path):
+    path = tmp_path / "none" / "report.md"
+    with pytest.raises(FileNotFoundError) as caught:
+        write_text(path, "new")
+    assert caught.value.filename == str(path)
+
+
 def test_a_new_file_can_be_read_by_those_the_umask_lets_in(tmp_path):
     path = tmp_path / "report.md"
     write_text(path, "new")

@@ -31,6 +31,15 @@ def page(runs, tmp_path_factory):
     return write_report(runs, tmp_path_factory.mktemp("report") / "both.html", "Sweep <8.9 kN> & co")
 
 
+def test_what_is_no_run_is_refused(runs, tmp_path):
+    for wrong in (list(runs.values()), "both.eft", {"one": None}):
+        with pytest.raises(
+            TypeError, match=r"^runs = an object of type \w+: must be a TestRun, or a mapping of"
+        ):
+            write_report(wrong, tmp_path / "wrong.html")
+    assert not list(tmp_path.iterdir())
+
+
 def charts(text):
     return [json.loads(_unescape(spec)) for spec in re.findall(r'data-chart="([^"]*)"', text)]
 

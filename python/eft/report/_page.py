@@ -88,6 +88,8 @@ def write_report(
 
     Raises
     ------
+    TypeError
+        If it is no run, such as a list or a study, for which there is `write_study_report`.
     ValueError
         If there is no run; if a measured test has no signal in common with the run.
 
