@@ -296,7 +296,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     each floor while the others are at rest. The pressure to which the supply falls under the flow of the
     demands is judged as after the test, by ``verdict.caution.supply_pressure`` and
     ``verdict.no.supply_pressure``. A droop without ``compensation.supply_correction`` is a caution if the
-    displacement's error at this pressure exceeds its limit.
+    displacement's error at this pressure exceeds its limit. A known overlap is one if its ratio to the rms
+    opening exceeds ``verdict.caution.force_error``.
 
     Parameters
     ----------

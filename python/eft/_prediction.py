@@ -36,6 +36,8 @@ class Prediction(NamedTuple):
     """Of the displacement, against the ideal one."""
     constants: dict[str, float]
     """Keys of constant causes, with the rms of the force in N."""
+    overlap: float
+    """A known overlap over the rms opening."""
     left_out: tuple[str, ...]
     """What is not contained: keys of the rig, and the command above 20 Hz."""
 
@@ -49,6 +51,7 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
         PredictedError(**found["force"]),
         PredictedError(**found["displacement"]),
         dict(found["constants"]),
+        found["overlap"],
         tuple(found["left_out"]),
     )
 
@@ -71,6 +74,12 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
             yield Finding(grade, sentence)
     if constant:
         yield Finding(worst(grades), _of_constant(rig, found.constants))
+    if above(rig, "force_error", found.overlap) is not None:
+        sentence = (
+            f"The overlap is {found.overlap:.0%} of the rms opening. The spool crosses it late, although the "
+            "controller knows it, which makes a force error of half to two and a half times this size."
+        )
+        yield Finding("caution", sentence)
     path = _native.delay_budget(rig, rate)["path"]
     lead = rig["compensation.response_delay"] + rig["compensation.velocity_delay"]
     late = rig["compensation.mode"] != "off" and path > lead + NOTICED

@@ -209,6 +209,7 @@ pub(crate) fn predicted_errors<'py>(
     answer.set_item("force", parts(found.force)?)?;
     answer.set_item("displacement", parts(found.displacement)?)?;
     answer.set_item("constants", found.constants)?;
+    answer.set_item("overlap", found.overlap)?;
     answer.set_item("left_out", found.left_out)?;
     Ok(Some(answer))
 }

@@ -33,8 +33,8 @@ class FlowTest(NamedTuple):
 def valve_test(rig: Rig, amplitude: float = 0.0254, sample_rate: float = 2048.0) -> ValveTest:
     """Run the response delay test of Fig. 4a on the virtual rig.
 
-    The main stage is shut off; the command is a 0–10 Hz sweep in 32 s. It is held over each sample, which makes
-    the spool half a sample later.
+    The main stage is shut off; the command is a 0–10 Hz sweep in 32 s. It is held over each sample, which
+    makes the spool half a sample later.
 
     Parameters
     ----------

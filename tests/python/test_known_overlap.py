@@ -1,0 +1,28 @@
+"""A known overlap of the spool, which the valve crosses late."""
+
+import pytest
+
+import eft
+
+RIG = eft.Rig.zhao2005().replace(
+    {
+        "controller.force_loop": "robust",
+        "compensation.adaptive": True,
+        "compensation.feedforward": True,
+        "compensation.look_ahead": True,
+    }
+)
+SWEEP = eft.sine_sweep(4000.0, 0.5, 6.0, 20.0, 4096.0)
+
+
+@pytest.mark.parametrize(("overlap", "large"), [(0.0, False), (1e-3, False), (0.01, True)])
+def test_a_known_overlap_is_a_caution_where_it_makes_a_large_error(overlap, large):
+    rig = RIG.replace({"servovalve.overlap": overlap})
+    found, run = eft.check_feasibility(rig, SWEEP), eft.simulate(rig, SWEEP)
+    named = [reason for reason in found.reasons if reason.startswith("The overlap is ")]
+    assert bool(named) == large
+    assert (found.verdict, run.verdict.grade) == (("caution", "caution") if large else ("go", "go"))
+    error = run.metrics()["nrmse"]
+    if large:
+        share = float(named[0].split("%")[0].split()[-1]) / 100
+        assert 0.5 * share < error < 2.5 * share
