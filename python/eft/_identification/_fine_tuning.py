@@ -92,7 +92,7 @@ def fine_tune(
     velocity : array_like
         In m/s.
     sample_rate : float
-        In Hz.
+        In Hz; that of a digital controller.
     band : tuple of float
         Frequencies in Hz between which the structure's motion is used.
 

@@ -68,8 +68,9 @@ pub struct TestSignals<'a> {
     pub velocity: &'a [f64],
 }
 
-/// Level and response delay for a rig from a test with its present ones, sampled at a rate (Hz), by least squares
-/// over the frequencies of a band (Hz) at which the structure moves. A sweep through the natural frequency is best.
+/// Level and response delay for a rig from a test with its present ones, by least squares over the frequencies of a
+/// band (Hz) at which the structure moves. The rate (Hz) of the samples is that of a digital controller. A sweep through
+/// the natural frequency is best.
 ///
 /// The rig's flow curve, gains and valve must be correct; a wrong flow gain appears as a level.
 ///
@@ -95,7 +96,8 @@ pub fn fine_tune(
     }
     checks::band(band, sample_rate)?;
     // What the rig is believed to be; its truth is unknown in a laboratory.
-    let rig = &rig.without(&["truth"])?;
+    let believed = rig.without(&["truth"])?;
+    let rig = &*believed.at_rate(sample_rate)?;
     let (low, high) = band;
     plausible(signals)?;
     check_motion(rig, signals, sample_rate, band)?;
@@ -295,9 +297,13 @@ impl Spectra {
         let controller = &rig.controller;
         let hold = if controller.realization == Realization::Digital { 0.5 / sample_rate } else { 0.0 };
         let by_error = |k: usize| {
-            let law =
-                Complex64::new(controller.proportional_gain, 0.0) + rate(k) * controller.derivative_gain;
             let late = Complex64::from_polar(1.0, -(rate(k).im * hold));
+            let mut law =
+                Complex64::new(controller.proportional_gain, 0.0) + rate(k) * controller.derivative_gain;
+            if controller.integrates() && k > 0 {
+                // The sum of the earlier samples, which is half a sample late as well.
+                law += late * controller.integral_gain / rate(k);
+            }
             law * controller.force_sensitivity * valve_response(rig, k as f64 * width) * late
         };
         let opened = (0..total.len()).map(|k| total[k] - by_error(k) * (command[k] - force[k])).collect();

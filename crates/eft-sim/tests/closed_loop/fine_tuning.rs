@@ -1,6 +1,6 @@
 //! Fine-tuning from a simulated test.
 
-use eft_sim::config::{Mode, Realization, RigValues};
+use eft_sim::config::{ForceLoop, Mode, Realization, RigValues};
 use eft_sim::excitation::{Command, sine_sweep};
 use eft_sim::identification::{FineTuning, TestSignals, fine_tune};
 use eft_sim::linear::delay_budget;
@@ -44,6 +44,24 @@ fn the_settings_of_fig_11_lead_back_to_the_tuned_ones() {
             assert!((found.level.value - 1.0).abs() < 0.005, "{told}");
             assert!((found.response_delay.value - exact).abs() < 0.15e-3, "{told}");
             assert!((found.natural_frequency - 1.58).abs() < 0.07, "{told}");
+        }
+    }
+}
+
+#[test]
+fn the_integral_part_of_a_designed_loop_is_no_part_of_the_compensation() {
+    for feedforward in [false, true] {
+        for (level, delay) in [(0.97, 5.4e-3), (0.97, 3.2e-3), (1.0, 5.4e-3)] {
+            let rig = rig(level, delay, Realization::Digital).with(|rig| {
+                rig.controller.force_loop = ForceLoop::Robust;
+                rig.compensation.feedforward = feedforward;
+            });
+            let rig = rig.unwrap();
+            let found = tuned(&rig);
+            let exact = delay_budget(&rig, RATE, (1.0, 2.5)).unwrap().path;
+            let told = format!("{feedforward}, {level}, {delay}: {found:?}, exact {exact}");
+            assert!((found.level.value - 1.0).abs() < 0.005, "{told}");
+            assert!((found.response_delay.value - exact).abs() < 0.2e-3, "{told}");
         }
     }
 }
