@@ -36,6 +36,8 @@ const INTEGRAL_TIMES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Largest share (1) of the gains for an identified rig, and the factor (1) from one share to the next smaller one.
 const MOST_SHARE: f64 = 2.5;
 const SHARE_STEP: f64 = 0.98;
+/// Least share (1) of the gains that is of use. A piston without leakage has an infinite static gain, which ends no search.
+const LEAST_SHARE: f64 = 0.05;
 
 /// Designs a force loop. A known latency of the load cell makes its gains smaller, an identified rig makes them larger.
 pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
@@ -62,7 +64,9 @@ fn shared(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLoop> {
         let mut gains = punctual.gains();
         gains.integral /= longer;
         gains = gains.scaled(most);
-        while gains.proportional * plant.static_gain() >= force_loop::LEAST_STATIC_GAIN {
+        while gains.proportional * plant.static_gain() >= force_loop::LEAST_STATIC_GAIN
+            && gains.proportional >= LEAST_SHARE * punctual.proportional_gain
+        {
             let found = ForceLoop::new(gains, &nominal);
             let robust = has_margins(&nominal, gains, gain_margin).map_err(no_poles)?
                 && damped(&corners, gains, damping).map_err(no_poles)?

@@ -40,6 +40,19 @@ fn a_known_latency_of_the_load_cell_keeps_every_deviating_rig_damped() {
 }
 
 #[test]
+fn a_piston_without_leakage_gets_gains_of_use() {
+    for (sample_rate, latency) in [(2048.0, 4e-3), (2048.0, 7e-3), (4096.0, 4e-3)] {
+        let tight = HeldPiston { sample_rate, latency, leakage: 0.0, ..zhao2005() };
+        let found = search(&tight).unwrap();
+        let most = search(&HeldPiston { latency: 0.0, ..tight }).unwrap().proportional_gain;
+        let case = format!("{sample_rate} {latency}: {} of {most}", found.proportional_gain);
+        assert!((0.3..1.0).contains(&(found.proportional_gain / most)), "{case}");
+        let margins = found.margins().unwrap();
+        assert!(margins.damping >= 0.2 && margins.gain >= 2.0 && margins.e_max >= 0.2, "{case} {margins:?}");
+    }
+}
+
+#[test]
 fn a_known_latency_up_to_half_a_millisecond_changes_no_gain() {
     let known = search(&HeldPiston { latency: 5e-4, ..zhao2005() }).unwrap();
     assert_eq!(known.gains(), search(&zhao2005()).unwrap().gains());
