@@ -105,8 +105,8 @@ def fine_tune(
     Raises
     ------
     ValueError
-        If compensation is off. If the motion is too small, or too large for the linear scheme. If a unit or a
-        sign is wrong. The message names the reason.
+        If compensation is off, or learns or guards its level. If the motion is too small, or too large for
+        the linear scheme. If a unit or a sign is wrong. The message names the reason.
 
     Examples
     --------

@@ -75,7 +75,7 @@ pub struct TestSignals<'a> {
 /// The rig's flow curve, gains and valve must be correct; a wrong flow gain appears as a level.
 ///
 /// # Errors
-/// Compensation that is off; unequal, too short or incomplete signals; a band outside 0 to half the rate; a
+/// Compensation that is off, or that changes itself; unequal, too short or incomplete signals; a band outside 0 to half the rate; a
 /// motion that is too small, or too large for the linear scheme; a structure that delivers power; a force of
 /// another magnitude than the command.
 pub fn fine_tune(
@@ -93,6 +93,12 @@ pub fn fine_tune(
     }
     if rig.compensation.mode == Mode::Off {
         return Err(Error::value("compensation.mode", "\"off\"", "must be on: there is nothing to tune"));
+    }
+    for (key, on) in [("adaptive", rig.compensation.adaptive), ("guard", rig.compensation.guard)] {
+        if on {
+            let allowed = "must be off in the test: it changes the level or the delay that would be tuned";
+            return Err(Error::value(&format!("compensation.{key}"), "true", allowed));
+        }
     }
     checks::band(band, sample_rate)?;
     // What the rig is believed to be; its truth is unknown in a laboratory.

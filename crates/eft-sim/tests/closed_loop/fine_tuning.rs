@@ -101,6 +101,10 @@ fn data_that_cannot_be_tuned_are_refused() {
     let in_mode = |mode| rig.with(|rig| rig.compensation.mode = mode).unwrap();
     let off = in_mode(Mode::Off);
     assert!(text(&off, &run.force, &run.velocity, BAND).starts_with("compensation.mode = \"off\""));
+    let learning = rig.with(|rig| rig.compensation.adaptive = true).unwrap();
+    assert!(text(&learning, &run.force, &run.velocity, BAND).starts_with("compensation.adaptive = true"));
+    let guarded = rig.with(|rig| rig.compensation.guard = true).unwrap();
+    assert!(text(&guarded, &run.force, &run.velocity, BAND).starts_with("compensation.guard = true"));
     assert!(text(&rig, &run.force[1..], &run.velocity, BAND).starts_with("force = "));
     assert!(text(&rig, &run.force, &run.velocity, (3.0, 2.0)).starts_with("band = (3, 2)"));
     let still = vec![0.0; run.force.len()];
