@@ -297,7 +297,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     demands is judged as after the test, by ``verdict.caution.supply_pressure`` and
     ``verdict.no.supply_pressure``. A droop without ``compensation.supply_correction`` is a caution if the
     displacement's error at this pressure exceeds its limit. A known overlap is one if its ratio to the rms
-    opening exceeds ``verdict.caution.force_error``.
+    opening exceeds ``verdict.caution.force_error``, and a play of the attachment if its error does.
 
     Parameters
     ----------

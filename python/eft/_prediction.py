@@ -38,6 +38,8 @@ class Prediction(NamedTuple):
     """Keys of constant causes, with the rms of the force in N."""
     overlap: float
     """A known overlap over the rms opening."""
+    play: float
+    """Force error by the play of the attachment, about, rms over rms."""
     left_out: tuple[str, ...]
     """What is not contained: keys of the rig, and the command above 20 Hz."""
 
@@ -52,6 +54,7 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
         PredictedError(**found["displacement"]),
         dict(found["constants"]),
         found["overlap"],
+        found["play"],
         tuple(found["left_out"]),
     )
 
@@ -78,6 +81,12 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
         sentence = (
             f"The overlap is {found.overlap:.0%} of the rms opening. The spool crosses it late, although the "
             "controller knows it, which makes a force error of half to two and a half times this size."
+        )
+        yield Finding("caution", sentence)
+    if above(rig, "force_error", found.play) is not None:
+        size = f"{1e3 * rig.plant['actuator.attachment_play']:.2g} mm"
+        sentence = (
+            f"The play of {size} between piston and structure makes a force error of about {found.play:.0%}."
         )
         yield Finding("caution", sentence)
     path = _native.delay_budget(rig, rate)["path"]

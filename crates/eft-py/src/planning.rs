@@ -210,6 +210,7 @@ pub(crate) fn predicted_errors<'py>(
     answer.set_item("displacement", parts(found.displacement)?)?;
     answer.set_item("constants", found.constants)?;
     answer.set_item("overlap", found.overlap)?;
+    answer.set_item("play", found.play)?;
     answer.set_item("left_out", found.left_out)?;
     Ok(Some(answer))
 }

@@ -29,6 +29,8 @@ pub struct Prediction {
     /// A known overlap over the root-mean-square opening (1). The force error by it was 0.5 to 2.6 times as large on rigs of
     /// 25 kN to 1 MN. `force` does not contain it.
     pub overlap: f64,
+    /// Force error (rms over rms, 1) by the play of the attachment, about. `force` does not contain it.
+    pub play: f64,
     /// What is not contained: keys of the rig, and the command above 20 Hz if it may raise the force's error by a tenth.
     pub left_out: Vec<String>,
 }
@@ -156,7 +158,8 @@ fn errors(
         left_out.push(overlap.into());
     }
     let lap = rig.servovalve.overlap.max(0.0) / opening;
-    Ok(Some(Prediction { force, displacement, constants, overlap: lap, left_out }))
+    let play = unmodelled::play(rig, commands);
+    Ok(Some(Prediction { force, displacement, constants, overlap: lap, play, left_out }))
 }
 
 impl PredictedError {

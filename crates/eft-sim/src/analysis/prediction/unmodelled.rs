@@ -44,7 +44,7 @@ pub(super) fn not_learned(rig: &RigConfig) -> Vec<(&'static str, RigConfig)> {
 }
 
 /// Force error (1): at each reversal the piston crosses the play.
-fn play(rig: &RigConfig, commands: &[Command]) -> f64 {
+pub(super) fn play(rig: &RigConfig, commands: &[Command]) -> f64 {
     let actuator = &rig.plant().actuator;
     let stiffness = actuator.piston_area * actuator.piston_area / actuator.compressibility;
     let least = commands.iter().map(rms).filter(|force| *force > 0.0).fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-"""A known overlap of the spool, which the valve crosses late."""
+"""Effects that no linear model has, foreseen before a test: a known overlap, and play of the attachment."""
 
 import pytest
 
@@ -26,3 +26,15 @@ def test_a_known_overlap_is_a_caution_where_it_makes_a_large_error(overlap, larg
     if large:
         share = float(named[0].split("%")[0].split()[-1]) / 100
         assert 0.5 * share < error < 2.5 * share
+
+
+@pytest.mark.parametrize(("play", "large"), [(2e-6, False), (5e-5, True)])
+def test_a_play_of_the_attachment_is_a_caution_where_it_makes_a_large_error(play, large):
+    rig = RIG.replace({"actuator.attachment_play": play})
+    found, run = eft.check_feasibility(rig, SWEEP), eft.simulate(rig, SWEEP)
+    named = [reason for reason in found.reasons if reason.startswith(f"The play of {1e3 * play:.2g} mm ")]
+    assert bool(named) == large == (run.verdict.grade != "go")
+    assert found.verdict == ("caution" if large else "go")
+    if large:
+        share = float(named[0].split("%")[0].split()[-1]) / 100
+        assert 0.5 * share < run.metrics()["nrmse"] < 2.5 * share
