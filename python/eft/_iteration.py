@@ -131,6 +131,8 @@ def iterate(
 
     Raises
     ------
+    TypeError
+        If the first argument is another object, such as a path.
     ValueError
         If an argument is not allowed, the data do not fit the command, or the specimen yields.
 
@@ -142,6 +144,11 @@ def iterate(
     >>> found.errors[-1] < 0.3 * found.errors[0]
     True
     """
+    if not isinstance(rig_or_measured, Rig) and not hasattr(rig_or_measured, "sample_rate"):
+        raise TypeError(
+            f"rig_or_measured = an object of type {type(rig_or_measured).__name__}: must be an eft.Rig, a "
+            "TestRun or eft.traces.Traces; eft.traces.read_traces reads a file"
+        )
     if not 0.0 < relaxation <= 1.0:
         raise ValueError(f"relaxation = {relaxation}: must be above 0 and at most 1")
     if not 0.0 <= least_coherence <= 1.0:

@@ -62,6 +62,15 @@ def test_a_truth_value_is_no_number(call, true):
         call(true)
 
 
+@pytest.mark.parametrize("wrong", ["measured.csv", RIG.to_dict(), SIGNAL])
+def test_what_is_no_test_cannot_be_iterated(wrong):
+    said = (
+        r"^rig_or_measured = an object of type \w+: must be an eft\.Rig, a TestRun or eft\.traces\.Traces; "
+    )
+    with pytest.raises(TypeError, match=said):
+        eft.iterate(wrong, SWEEP)
+
+
 def test_a_truth_value_is_no_answer():
     class Controller:
         def step(self, *_, **__):
