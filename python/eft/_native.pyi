@@ -24,6 +24,7 @@ __all__ = [
     "band_passed",
     "baseline_corrected",
     "check_feasibility",
+    "check_rig",
     "coherence",
     "corrected_rig",
     "delay_budget",

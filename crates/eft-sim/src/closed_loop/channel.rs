@@ -78,7 +78,8 @@ fn of_another_table(error: ConfigError) -> Error {
         } => {
             let own = 0.5 * (lowest + highest);
             let allowed = format!(
-                "must be the greatest flow of this rig's flow table, {own:.6} m³/s; leave out the calibration of another table"
+                "must be the greatest flow of this rig's flow table, {own:.6} m³/s; leave out the calibration of \
+                 another table"
             );
             Error::value(parameter, format!("{value:.6}"), allowed)
         }

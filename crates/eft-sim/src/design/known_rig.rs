@@ -36,7 +36,7 @@ const INTEGRAL_TIMES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Largest share (1) of the gains for an identified rig, and the factor (1) from one share to the next smaller one.
 const MOST_SHARE: f64 = 2.5;
 const SHARE_STEP: f64 = 0.98;
-/// Least share (1) of the gains that is of use. A piston without leakage has an infinite static gain, which ends no search.
+/// Least share (1) of the gains that is of use. Without leakage the static gain is infinite, and ends no search.
 const LEAST_SHARE: f64 = 0.05;
 
 /// Designs a force loop. A known latency of the load cell makes its gains smaller, an identified rig makes them larger.

@@ -69,15 +69,15 @@ pub struct TestSignals<'a> {
 }
 
 /// Level and response delay for a rig from a test with its present ones, by least squares over the frequencies of a
-/// band (Hz) at which the structure moves. The rate (Hz) of the samples is that of a digital controller. A sweep through
-/// the natural frequency is best.
+/// band (Hz) at which the structure moves. The rate (Hz) of the samples is that of a digital controller. A sweep
+/// through the natural frequency is best.
 ///
 /// The rig's flow curve, gains and valve must be correct; a wrong flow gain appears as a level.
 ///
 /// # Errors
-/// Compensation that is off, or that changes itself; unequal, too short or incomplete signals; a band outside 0 to half the rate; a
-/// motion that is too small, or too large for the linear scheme; a structure that delivers power; a force of
-/// another magnitude than the command.
+/// Compensation that is off, or that changes itself; unequal, too short or incomplete signals; a band outside 0 to half
+/// the rate; a motion that is too small, or too large for the linear scheme; a structure that delivers power; a force
+/// of another magnitude than the command.
 pub fn fine_tune(
     rig: &RigConfig,
     signals: TestSignals<'_>,
