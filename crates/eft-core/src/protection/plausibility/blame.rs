@@ -40,6 +40,35 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
+    /// Whether a displacement without a velocity sensor has the wrong sign: see [`reversal`](super::reversal).
+    #[inline(always)]
+    pub(super) fn is_reversed(&self, state: &mut PlausibilityState<T>, astray: bool, tripped: bool) -> bool {
+        let [force, displacement, _, spool] = state.distrusted;
+        if self.senses_velocity | force | displacement | spool {
+            return false;
+        }
+        let [valve, oil] = state.by_flow;
+        let velocities = [state.derivative.first, valve, oil];
+        let reversed = self.reversal.add(&mut state.reversal, self.period, velocities, [astray, tripped]);
+        if !(reversed && self.spool_follows(state)) {
+            return false;
+        }
+        if state.force_jumped() {
+            // A wrong velocity makes a true force jump.
+            let [force, ..] = &mut state.signals;
+            force.restart();
+        }
+        true
+    }
+
+    /// Whether the spool is on the side of its command, and not frozen.
+    #[inline(always)]
+    fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
+        let ([.., spool], [_, opening, ..]) = (&state.signals, state.valve);
+        let same = (spool.last - self.null_bias) * (opening - self.null_bias) > T::splat(0.0);
+        same && !self.is_frozen(spool)
+    }
+
     /// A signal whose noise has stopped, or that repeats although it should have moved.
     #[inline(always)]
     pub(super) fn stuck(
@@ -144,7 +173,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
 
     /// Whether a reading repeats, or is too still for its noise.
     #[inline(always)]
-    pub(super) fn is_frozen(&self, signal: &Signal<T>) -> bool {
+    fn is_frozen(&self, signal: &Signal<T>) -> bool {
         signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN))
     }
 

@@ -8,7 +8,6 @@
 
 use crate::integrity::integrity;
 use crate::number::Real;
-use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
 /// Share of the oil's flow that a stiffness from 0.6 to 1.5 times the configured one leaves, and the share that counts if
 /// the force is far from its command.
@@ -41,49 +40,32 @@ pub(crate) struct Reversal<T> {
 }
 integrity!(Reversal<T>: displacement, force);
 
-impl<T: Real, const N: usize> Plausibility<T, N> {
-    /// Adds a tick, and returns whether the displacement has the wrong sign. The force may be far from its command, and the
-    /// protection may have tripped.
+impl<T: Real> ReversalWatch<T> {
+    /// Adds a tick's velocities (m/s) by the displacement and by the flows of valve and oil, and returns whether the
+    /// displacement has the wrong sign. The force may be far from its command, and the protection may have tripped.
     #[inline(always)]
-    pub(super) fn is_reversed(&self, state: &mut PlausibilityState<T>, astray: bool, tripped: bool) -> bool {
-        let [force, displacement, _, spool] = state.distrusted;
-        if self.senses_velocity | force | displacement | spool {
-            return false;
-        }
-        let watch = &self.reversal;
-        let ([valve, oil], velocity) = (state.by_flow, state.derivative.first);
+    pub(super) fn add(
+        &self,
+        sums: &mut Reversal<T>,
+        period: T,
+        [velocity, valve, oil]: [T; 3],
+        [astray, tripped]: [bool; 2],
+    ) -> bool {
         let by_flow = valve - oil;
         let size = by_flow.abs();
-        let per_flow = T::splat(1.0) / if size > watch.slow { size } else { watch.slow };
-        let [drift, least] = watch.drift;
+        let per_flow = T::splat(1.0) / if size > self.slow { size } else { self.slow };
+        let [drift, least] = self.drift;
         let (share, drift) = if astray | tripped { (OIL_ASTRAY, least) } else { (OIL, drift) };
         let tolerance = T::splat(share) * (oil * velocity).abs() * per_flow + drift;
         let add = |sum: &mut T, product: T| {
             let gain = product * per_flow - tolerance;
-            *sum = (*sum + self.period * gain).limit(T::splat(0.0), T::splat(MOST) * watch.limit);
+            *sum = (*sum + period * gain).limit(T::splat(0.0), T::splat(MOST) * self.limit);
             *sum
         };
-        let Reversal { displacement, force } = &mut state.reversal;
-        let of_displacement = add(displacement, -(velocity * by_flow));
-        let of_force = add(force, oil * (velocity - valve));
-        let limit = T::splat(if tripped { TRIPPED } else { 1.0 }) * watch.limit;
-        if !(of_displacement > limit && of_displacement > of_force && self.spool_follows(state)) {
-            return false;
-        }
-        if state.force_jumped() {
-            // A wrong velocity makes a true force jump.
-            let [force, ..] = &mut state.signals;
-            force.restart();
-        }
-        true
-    }
-
-    /// Whether the spool is on the side of its command.
-    #[inline(always)]
-    fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
-        let ([.., spool], [_, opening, ..]) = (&state.signals, state.valve);
-        let same = (spool.last - self.null_bias) * (opening - self.null_bias) > T::splat(0.0);
-        same && !self.is_frozen(spool)
+        let of_displacement = add(&mut sums.displacement, -(velocity * by_flow));
+        let of_force = add(&mut sums.force, oil * (velocity - valve));
+        let limit = T::splat(if tripped { TRIPPED } else { 1.0 }) * self.limit;
+        of_displacement > limit && of_displacement > of_force
     }
 }
 

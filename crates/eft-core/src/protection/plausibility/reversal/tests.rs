@@ -3,6 +3,7 @@
 use super::*;
 use crate::parameters::{Levels, Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
 use crate::protection::gate::{FORCE, SPOOL};
+use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
 /// The watch of the paper's rig with a derivative of the displacement, with round limits.
 fn watch() -> Plausibility<f64, 21> {
