@@ -88,6 +88,12 @@ fn what_a_force_or_a_spool_of_wrong_sign_explains_is_not_of_the_displacement() {
         change(&mut state);
         assert_eq!(ticks(&mut state, true, true), None, "{state:?}");
     }
+    // Either side of the null.
+    for (null_bias, follows) in [(0.05, true), (0.15, false), (0.25, true), (-0.15, true)] {
+        let mut state = moving(-0.2, 0.3, 0.0);
+        let biased = Plausibility { null_bias, ..watch() };
+        assert_eq!((0..1000).any(|_| biased.is_reversed(&mut state, true, true)), follows, "{null_bias}");
+    }
     let mut state = moving(-0.2, 0.3, 0.0);
     let with_sensor = Plausibility { senses_velocity: true, ..watch() };
     assert!((0..1000).all(|_| !with_sensor.is_reversed(&mut state, true, true)));
