@@ -46,6 +46,10 @@ impl<T: Real, const N: usize> Channel<T, N> {
             Cause::ForceLost | Cause::ForceImplausible => state.protection.shut_down_by(cause),
             cause => state.protection.trip_by(cause),
         }
+        if matches!(cause, Cause::VelocityLost | Cause::DisplacementLost | Cause::SpoolLost) {
+            // Its samples no longer count, and another sensor that was lost a little later has its own time.
+            state.protection.count_anew();
+        }
         let distrusted = state.plausibility.distrusted();
         let flags = [
             (FORCE, status::FORCE_DISTRUSTED),

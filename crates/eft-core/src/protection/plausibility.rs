@@ -77,7 +77,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// The same of the velocity by the flow balance.
     pub(super) moved: T,
     pub(super) reversal: ReversalWatch<T>,
-    /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's.
+    /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's, if the velocity is estimated.
     pub(super) kick: T,
     /// Reciprocal of the velocity (s/m) below which the direction has a smaller weight.
     pub(super) per_reversal: T,

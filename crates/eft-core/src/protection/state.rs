@@ -91,6 +91,12 @@ impl<T: Real> ProtectionState<T> {
         self.blind = true;
     }
 
+    /// Counts lost measurements anew, after a lost sensor was replaced.
+    #[inline(always)]
+    pub(crate) fn count_anew(&mut self) {
+        self.lost = 0;
+    }
+
     /// Records that the motion is known from the flow balance alone.
     #[inline(always)]
     pub(crate) fn follow_flow(&mut self) {

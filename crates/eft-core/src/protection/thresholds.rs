@@ -274,7 +274,7 @@ macro_rules! constructor {
                         drift: [(0.25 * offset) as $t, (0.25 * SURE * SURE * offset) as $t],
                         limit: turns as $t,
                     },
-                    kick: (area * area / (compressibility * rate)) as $t,
+                    kick: if senses_velocity { 0.0 } else { (area * area / (compressibility * rate)) as $t },
                     per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
                     fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
                     brake: [braking as $t, (1.0 / (BRAKED * velocity)) as $t],
