@@ -164,6 +164,17 @@ impl<T: Real> SensorGate<T> {
             && signal.slope.abs() > T::splat(MOVING) * still
     }
 
+    /// Largest jump of a displacement from which the velocity is estimated. A slower converter repeats a reading after a
+    /// step of more than one sample's path, and such a step follows its repetitions.
+    #[inline(always)]
+    pub(crate) fn path(&self, jump: T, signal: &Signal<T>, reading: T) -> T {
+        let ripple = T::splat(RIPPLE) * signal.slope.abs();
+        if reading == signal.last && (signal.repeats > 0 || signal.step.abs() > ripple) {
+            return T::splat(f32::MAX as f64);
+        }
+        jump + self.bend * T::from_u32(signal.lost) + ripple * T::from_u32(signal.repeats)
+    }
+
     /// Largest jump of the force at a velocity (m/s); friction changes its sign with it.
     #[inline(always)]
     pub(crate) fn jump_of_force(&self, jump: T, velocity: T) -> T {
@@ -176,6 +187,8 @@ impl<T: Real> SensorGate<T> {
 const OFF_A_LINE: f64 = 1.7320508;
 /// Share of readings off a line above which a sensor is alive.
 const ALIVE: f64 = 0.75;
+/// Factor on the mean slope, which ripples with the jumps of a slower converter.
+const RIPPLE: f64 = 1.5;
 /// Slope per sample in units of a still change, five deviations of the noise, from which on a sensor does not stand.
 const MOVING: f64 = 50.0;
 /// Probability of a still reading: at least this value, and this factor times that of a reading on a line.

@@ -141,7 +141,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         // An estimate of the velocity must not follow it to zero.
         let estimates = !self.senses_velocity | velocity_distrusted;
         let stands = estimates && self.gate.stands(displacement, still, input.displacement);
-        let path = path + self.gate.bend * T::from_u32(displacement.lost);
+        let path =
+            if self.senses_velocity { path } else { self.gate.path(path, displacement, input.displacement) };
         let path = if stands { T::splat(-1.0) } else { path };
         let jumps = [of_force, path, second, third];
         let each = state.signals.iter_mut().zip(jumps).zip(self.gate.still).zip(readings);
@@ -180,7 +181,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             self.move_by_flow(state, input.force, flow, known);
         }
         let astray = (known.command - input.force).abs() > self.astray;
-        if self.is_reversed(state, astray, known.tripped) {
+        if self.notices_reversal(state, astray, known.tripped) {
             return Cause::DisplacementImplausible;
         }
         let cause = self.lost(state);
@@ -313,7 +314,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         // The force before the first sample is unknown.
         let before = if state.has_force { state.last_force } else { force };
         let oil = self.oil * self.rate * (force - before);
-        let passed = known.flow_gain * (flow.root * flow.at_no_load);
+        let passed = known.flow_gain * (flow.root * (flow.at_no_load + flow.slope * state.null));
         let [valve, pressure] = &mut state.by_flow;
         follow(valve, self.moved, (passed - self.leakage * force) / self.area);
         follow(pressure, self.moved, oil / self.area);

@@ -50,8 +50,6 @@ const FAST_OFFSET: f64 = 7.0e-4;
 /// Share of the greatest flow that an overlap of about one per cent of the stroke blocks near null.
 const OVERLAP: f64 = 0.02;
 
-/// Share of [`OFFSET`] that counts against a displacement of the wrong sign if the force is far from its command.
-const SURE: f64 = 0.2;
 /// Share of the path in which two signals seem to have opposite signs, because one of them is late.
 const TURNS: f64 = 0.35;
 
@@ -271,7 +269,7 @@ macro_rules! constructor {
                     moved: share(MOVED, rate) as $t,
                     reversal: ReversalWatch {
                         slow: offset as $t,
-                        drift: [(0.25 * offset) as $t, (0.25 * SURE * SURE * offset) as $t],
+                        drift: (0.25 * offset) as $t,
                         limit: turns as $t,
                     },
                     kick: if senses_velocity { 0.0 } else { (area * area / (compressibility * rate)) as $t },

@@ -288,3 +288,21 @@ fn friction_counts_below_its_velocity() {
         near("jump", gate.jump_of_force(1.0, last), jump);
     }
 }
+
+#[test]
+fn a_slower_converter_repeats_a_displacement_and_then_jumps() {
+    let gate = SensorGate { bend: 0.1, ..gate() };
+    let path = |step: f64, repeats: u32, lost: u32, reading: f64| {
+        let signal = Signal { last: 5.0, slope: -2.0, step, repeats, lost, seen: true, ..Signal::default() };
+        gate.path(1.0, &signal, reading)
+    };
+    // A repetition passes after a step of more than 1.5 slopes, or after another one.
+    for (step, repeats, passes) in [(3.1, 0, true), (-3.1, 0, true), (2.9, 0, false), (0.0, 1, true)] {
+        assert_eq!(path(step, repeats, 0, 5.0) > 1e38, passes, "{step} {repeats}");
+    }
+    // Another reading may have moved by 1.5 slopes in each of the repetitions, and by a bend in each lost sample.
+    for (repeats, lost, most) in [(0, 0, 1.0), (1, 0, 4.0), (4, 0, 13.0), (0, 3, 1.3), (2, 1, 7.1)] {
+        let found = path(9.0, repeats, lost, 4.0);
+        assert!((found - most).abs() < 1e-12, "{repeats} {lost}: {found}");
+    }
+}

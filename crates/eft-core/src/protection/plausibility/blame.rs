@@ -4,7 +4,7 @@ use crate::cause::Cause;
 use crate::number::Real;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, Signal, VELOCITY};
 use crate::protection::plausibility::{
-    AGAINST, BALANCE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
+    AGAINST, BALANCE, BEFORE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
 };
 use crate::signals::Input;
 
@@ -40,16 +40,24 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// Whether a displacement without a velocity sensor has the wrong sign: see [`reversal`](super::reversal).
+    /// Adds a tick to the sums of wrong signs on a rig without a velocity sensor, and returns whether the displacement has the
+    /// wrong sign: see [`reversal`](super::reversal).
     #[inline(always)]
-    pub(super) fn is_reversed(&self, state: &mut PlausibilityState<T>, astray: bool, tripped: bool) -> bool {
+    pub(super) fn notices_reversal(
+        &self,
+        state: &mut PlausibilityState<T>,
+        astray: bool,
+        tripped: bool,
+    ) -> bool {
         let [force, displacement, _, spool] = state.distrusted;
         if self.senses_velocity | force | displacement | spool {
             return false;
         }
         let [valve, oil] = state.by_flow;
         let velocities = [state.derivative.first, valve, oil];
-        let reversed = self.reversal.add(&mut state.reversal, self.period, velocities, [astray, tripped]);
+        let unknown = T::splat(BEFORE) / (T::splat(BEFORE) + state.age);
+        let known = [astray, tripped];
+        let reversed = self.reversal.add(&mut state.reversal, self.period, velocities, unknown, known);
         if !(reversed && self.spool_follows(state)) {
             return false;
         }

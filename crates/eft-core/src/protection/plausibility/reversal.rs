@@ -13,6 +13,8 @@ use crate::number::Real;
 /// the force is far from its command.
 const OIL: f64 = 0.6;
 const OIL_ASTRAY: f64 = 0.25;
+/// Least share of the offset that counts if the force is far from its command.
+const SURE: f64 = 0.2;
 /// Share of the limit that is enough after a trip.
 const TRIPPED: f64 = 0.5;
 /// Largest sum in units of the limit.
@@ -23,8 +25,8 @@ const MOST: f64 = 1000.0;
 pub(crate) struct ReversalWatch<T> {
     /// Velocity (m/s) by the flows below which they have a smaller weight.
     pub(crate) slow: T,
-    /// Gain (m/s) by an offset of the flow, and the gain that counts if the force is far from its command.
-    pub(crate) drift: [T; 2],
+    /// Largest gain (m/s) by an offset of the flow.
+    pub(crate) drift: T,
     /// In m.
     pub(crate) limit: T,
 }
@@ -42,20 +44,24 @@ integrity!(Reversal<T>: displacement, force);
 
 impl<T: Real> ReversalWatch<T> {
     /// Adds a tick's velocities (m/s) by the displacement and by the flows of valve and oil, and returns whether the
-    /// displacement has the wrong sign. The force may be far from its command, and the protection may have tripped.
+    /// displacement has the wrong sign. A share (1) of the null bias is not known yet. The force may be far from its
+    /// command, and the protection may have tripped.
     #[inline(always)]
     pub(super) fn add(
         &self,
         sums: &mut Reversal<T>,
         period: T,
         [velocity, valve, oil]: [T; 3],
+        unknown: T,
         [astray, tripped]: [bool; 2],
     ) -> bool {
         let by_flow = valve - oil;
         let size = by_flow.abs();
         let per_flow = T::splat(1.0) / if size > self.slow { size } else { self.slow };
-        let [drift, least] = self.drift;
-        let (share, drift) = if astray | tripped { (OIL_ASTRAY, least) } else { (OIL, drift) };
+        let least = T::splat(SURE);
+        let left = if unknown > least { unknown } else { least };
+        let (share, left) = if astray | tripped { (OIL_ASTRAY, left) } else { (OIL, T::splat(1.0)) };
+        let drift = left * left * self.drift;
         let tolerance = T::splat(share) * (oil * velocity).abs() * per_flow + drift;
         let add = |sum: &mut T, product: T| {
             let gain = product * per_flow - tolerance;

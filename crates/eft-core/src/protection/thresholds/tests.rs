@@ -93,7 +93,7 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
         ),
         ("of velocity", &[watch.per_reversal, watch.late], &[83.33333, 2e-3]),
         ("wrong sign", &[watch.reversal.slow, watch.reversal.limit], &[5.349941e-02, 2.123337e-04]),
-        ("its drift", &watch.reversal.drift, &[1.337485e-02, 5.349941e-04]),
+        ("its drift", &[watch.reversal.drift], &[1.337485e-02]),
         ("null", &[watch.null_drift], &[1.757349e-4]),
         ("force", &[watch.astray, watch.evidence[0], watch.evidence[1]], &[3780.0, 1180.0, 6.35e-4]),
         ("rates", &[watch.rate, watch.period, watch.area], &[4096.0, 2.44140625e-4, 8.212e-3]),

@@ -77,15 +77,21 @@ fn a_small_excess_at_null_counts_when_the_valve_has_closed() {
 }
 
 #[test]
-fn the_velocity_by_the_flow_balance_contains_leakage_and_oil() {
+fn the_velocity_by_the_flow_balance_contains_null_bias_leakage_and_oil() {
     let (watch, known) = (round(), known());
     for (has_force, before_force) in [(false, FORCE), (true, 3.0)] {
         // Also before the first balanced sample, as after a new beginning with a distrusted sensor.
-        let mut state =
-            PlausibilityState { age: 0.0, has_force, last_force: 3.0, by_flow: [0.03, 0.01], ..before() };
+        let mut state = PlausibilityState {
+            age: 0.0,
+            null: 0.02,
+            has_force,
+            last_force: 3.0,
+            by_flow: [0.03, 0.01],
+            ..before()
+        };
         let flow = watch.valve_flow(&input(), &known);
         watch.move_by_flow(&mut state, FORCE, &flow, &known);
-        let passed = 1.2 * (flow.root * flow.at_no_load);
+        let passed = 1.2 * (flow.root * (flow.at_no_load + 0.02 * flow.slope));
         let oil = watch.oil * watch.rate * (FORCE - before_force);
         let velocity = (passed - watch.leakage * FORCE - oil) / 2.0;
         near("velocity", state.velocity_by_flow(), 0.02 + watch.moved * (velocity - 0.02));
