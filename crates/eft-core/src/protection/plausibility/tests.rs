@@ -33,6 +33,16 @@ fn watch_of(velocity: f64, noise: &PlausibilityParameters) -> Plausibility<f64, 
     place.unwrap()
 }
 
+/// The nominal calibration and supply, without a known valve command.
+pub(super) const KNOWN: Known<f64> = Known {
+    command: 0.0,
+    valve_command: f64::NAN,
+    flow_gain: 1.0,
+    valve_gain: 1.0,
+    supply: 1.0,
+    tripped: false,
+};
+
 /// Force, displacement, velocity and spool of a sample.
 type Readings = [f64; 4];
 
@@ -40,14 +50,7 @@ type Readings = [f64; 4];
 fn named(seconds: f64, readings: impl Fn(f64) -> Readings) -> Option<(f64, Cause)> {
     let watch = watch();
     let mut state = PlausibilityState::default();
-    let known = Known {
-        command: 0.0,
-        valve_command: f64::NAN,
-        flow_gain: 1.0,
-        valve_gain: 1.0,
-        supply: 1.0,
-        tripped: false,
-    };
+    let known = KNOWN;
     (0..(seconds * RIG.sample_rate) as u32).find_map(|n| {
         let time = f64::from(n) * STEP;
         let [force, displacement, velocity, spool] = readings(time);
@@ -129,14 +132,7 @@ fn walk(drift: impl Fn(f64) -> f64) -> f64 {
         })
     };
     let (rate, mut state, mut largest) = (core::f64::consts::TAU * 9.0, PlausibilityState::default(), 0.0);
-    let known = Known {
-        command: 0.0,
-        valve_command: f64::NAN,
-        flow_gain: 1.0,
-        valve_gain: 1.0,
-        supply: 1.0,
-        tripped: false,
-    };
+    let known = KNOWN;
     for time in (0..409_600).map(|n| f64::from(n) * STEP) {
         let displacement = -2e-3 / rate * libm::cos(rate * time) + noise.displacement_noise * deviation();
         let velocity = 1.036 * 2e-3 * libm::sin(rate * time) + noise.velocity_noise * deviation();
@@ -185,14 +181,7 @@ fn follows(opening: f64, frequency: f64, bias: f64, late: f64, turns: bool) -> O
     let swing = |time: f64| opening * libm::sin(core::f64::consts::TAU * frequency * time.max(0.0));
     (0..(4.0 * RIG.sample_rate) as u32).find_map(|n| {
         let time = f64::from(n) * STEP;
-        let known = Known {
-            command: 0.0,
-            valve_command: swing(time) / RIG.valve_gain,
-            flow_gain: 0.0,
-            valve_gain: 1.0,
-            supply: 1.0,
-            tripped: false,
-        };
+        let known = Known { valve_command: swing(time) / RIG.valve_gain, flow_gain: 0.0, ..KNOWN };
         let spool = bias + swing(time - RIG.response_delay - late);
         let sign = if turns && time > 1.0 { -1.0 } else { 1.0 };
         let input = Input { force: 0.0, displacement: 0.0, spool: sign * spool, ..Input::default() };

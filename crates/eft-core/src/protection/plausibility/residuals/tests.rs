@@ -4,7 +4,7 @@
 
 use super::*;
 use crate::parameters::Parameters;
-use crate::protection::plausibility::tests::watch;
+use crate::protection::plausibility::tests::{KNOWN, watch};
 use crate::protection::plausibility::{BALANCE, FAST, RATIO, STROKE, TRAVEL, TURNED};
 
 const AREA: f64 = 8.212e-3;
@@ -27,14 +27,7 @@ struct Steady {
 fn grown(rig: Steady) -> ([[f64; 2]; 7], f64) {
     let watch = watch();
     let mut state = PlausibilityState::default();
-    let known = Known {
-        command: 0.0,
-        valve_command: rig.valve_command,
-        flow_gain: 1.0,
-        valve_gain: 1.0,
-        supply: 1.0,
-        tripped: false,
-    };
+    let known = Known { valve_command: rig.valve_command, ..KNOWN };
     for n in 0..20_000 {
         if n == 19_999 {
             state.sums = Default::default();
@@ -106,15 +99,7 @@ fn spool_and_command_may_differ_by_three_tenths() {
 fn first(force: f64, spool: f64, senses_velocity: bool) -> [[f64; 2]; 7] {
     let watch = Plausibility { senses_velocity, ..watch() };
     let mut state = PlausibilityState { age: SETTLED, ..PlausibilityState::default() };
-    let none = f64::NAN;
-    let known = Known {
-        command: 0.0,
-        valve_command: none,
-        flow_gain: 1.0,
-        valve_gain: 1.0,
-        supply: 1.0,
-        tripped: false,
-    };
+    let known = KNOWN;
     let input = Input { command: 0.0, force, displacement: 0.0, velocity: 0.0, spool, ..Input::default() };
     watch.sum_up(&mut state, &input, 0.0, &watch.valve_flow(&input, &known), &known);
     state.sums.map(|sum| [sum.above, sum.below])
@@ -156,15 +141,7 @@ fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
 #[test]
 fn an_opening_near_null_counts_whole_and_fades_with_the_high_pass() {
     let (watch, mut state) = (watch(), PlausibilityState::default());
-    let none = f64::NAN;
-    let known = Known {
-        command: 0.0,
-        valve_command: none,
-        flow_gain: 1.0,
-        valve_gain: 1.0,
-        supply: 1.0,
-        tripped: false,
-    };
+    let known = KNOWN;
     let mut near_null = |spool: f64| {
         let input = Input { command: 0.0, force: 0.0, displacement: 0.0, spool, ..Input::default() };
         watch.sum_up(&mut state, &input, 0.0, &watch.valve_flow(&input, &known), &known);
