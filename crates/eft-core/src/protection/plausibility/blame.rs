@@ -56,8 +56,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let [valve, oil] = state.by_flow;
         let velocities = [state.derivative.first, valve, oil];
         let unknown = T::splat(BEFORE) / (T::splat(BEFORE) + state.age);
-        let known = [astray, tripped];
-        let reversed = self.reversal.add(&mut state.reversal, self.period, velocities, unknown, known);
+        let sums = &mut state.reversal;
+        let reversed = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
         if !(reversed && self.spool_follows(state)) {
             return false;
         }
