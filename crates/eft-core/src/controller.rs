@@ -205,6 +205,11 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         self.compensation.nominal()
     }
 
+    /// Whether any lane's calibration corrects the flow curve.
+    pub(crate) fn corrects(&self) -> bool {
+        self.compensation.corrects()
+    }
+
     /// Whether any lane's force loop has an integral part.
     pub(crate) const fn integrates(&self) -> bool {
         self.integral.is_present()

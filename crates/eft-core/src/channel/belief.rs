@@ -170,8 +170,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let rests = protected.open && watch.rests(&state.plausibility);
         let velocity = velocity * if rests { zero } else { protected.level };
         let velocity = if protected.open && !state.protection.follows_flow() {
-            let excess = state.plausibility.null_excess(self.added_null(state), protected.authority);
-            velocity - watch.velocity_of(excess, believed.spool)
+            let (added, corrects) = (self.added_null(state), self.controller.corrects());
+            velocity - watch.velocity_of_missing(&state.plausibility, added, believed.spool, corrects)
         } else {
             velocity
         };
@@ -198,13 +198,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         if !(authority < T::splat(1.0)) {
             return voltage;
         }
-        let beyond = match &self.plausibility {
-            Some(_) => {
-                let added = self.added_null(state);
-                added - state.plausibility.null_excess(added, authority)
-            }
-            None => T::splat(0.0),
-        };
+        let zero = T::splat(0.0);
+        let beyond = self.plausibility.as_ref().map_or(zero, |_| zero - state.plausibility.null_bias());
         self.controller.closing(voltage, authority, beyond)
     }
 

@@ -154,6 +154,12 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         CompensationOutput { value: state.output, status }
     }
 
+    /// Whether any lane's calibration corrects the flow curve.
+    #[inline(always)]
+    pub(crate) fn corrects(&self) -> bool {
+        self.corrects.any()
+    }
+
     /// The calibration of the configuration, which is the paper's scheme.
     #[inline(always)]
     pub fn nominal(&self) -> Calibration<S> {

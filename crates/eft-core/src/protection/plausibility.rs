@@ -8,6 +8,7 @@
 
 mod blame;
 mod load_pressure;
+mod null;
 mod residuals;
 mod reversal;
 mod state;
@@ -35,8 +36,6 @@ const SETTLED: f64 = 8.0e-3;
 /// Time (s) over which the null bias is averaged, and the time without a bias with which its mean begins.
 const MEMORY: f64 = 4.0;
 const BEFORE: f64 = 0.1;
-/// Largest null bias (1) that is compensated for while the force loop is open.
-const NULL: f64 = 0.05;
 
 /// A plausibility watch's immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -178,7 +177,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let valid = input.force.is_finite() & input.spool.is_finite();
         let flow = valid.then(|| self.valve_flow(input, known));
         if let Some(flow) = &flow {
-            self.move_by_flow(state, input.force, flow, known);
+            self.move_by_flow(state, [input.force, input.spool], flow, known);
         }
         let astray = (known.command - input.force).abs() > self.astray;
         if self.notices_reversal(state, astray, known.tripped) {
@@ -279,10 +278,18 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         share * force * (per_velocity * state.braked).limit(-one, one)
     }
 
-    /// The velocity (m/s) of the piston by an excess of the valve's opening (1), at this spool opening (1).
+    /// The velocity (m/s) of the piston by the missing opening and an opening (1) that a calibration adds, at this spool
+    /// opening (1). A calibration that corrects the flow curve corrects its asymmetry as well.
     #[inline(always)]
-    pub(crate) fn velocity_of(&self, excess: T, spool: T) -> T {
+    pub(crate) fn velocity_of_missing(
+        &self,
+        state: &PlausibilityState<T>,
+        added: T,
+        spool: T,
+        corrects: bool,
+    ) -> T {
         let opening = spool - self.null_bias;
+        let excess = added + state.missing.at(if corrects { T::splat(0.0) } else { opening.abs() });
         let slope = self.model.flow(opening, opening, T::splat(0.0), T::splat(1.0)).slope;
         slope * excess / self.area
     }
@@ -307,14 +314,15 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     fn move_by_flow(
         &self,
         state: &mut PlausibilityState<T>,
-        force: T,
+        [force, spool]: [T; 2],
         flow: &ModelFlow<T>,
         known: &Known<T>,
     ) {
         // The force before the first sample is unknown.
         let before = if state.has_force { state.last_force } else { force };
         let oil = self.oil * self.rate * (force - before);
-        let passed = known.flow_gain * (flow.root * (flow.at_no_load + flow.slope * state.null));
+        let missing = state.missing.at((spool - self.null_bias).abs());
+        let passed = known.flow_gain * (flow.root * (flow.at_no_load + flow.slope * missing));
         let [valve, pressure] = &mut state.by_flow;
         follow(valve, self.moved, (passed - self.leakage * force) / self.area);
         follow(pressure, self.moved, oil / self.area);

@@ -2,10 +2,9 @@
 
 use crate::learning::ModelFlow;
 use crate::number::Real;
+use crate::protection::plausibility::null::MissingOpening;
 use crate::protection::plausibility::sums::{envelope, follow, rest};
-use crate::protection::plausibility::{
-    BEFORE, Known, MEMORY, NULL, Plausibility, PlausibilityState, SETTLED,
-};
+use crate::protection::plausibility::{BEFORE, Known, MEMORY, Plausibility, PlausibilityState, SETTLED};
 use crate::signals::Input;
 
 /// Share of the flow that a wrong calibration may leave, from the bounds of the self-calibration and the curve's error.
@@ -74,7 +73,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let share = T::splat(FLOW);
 
         let residual = taken + oil - passed;
-        self.average(&mut state.age, &mut state.null, residual, known.flow_gain * (model.root * model.slope));
+        let slope = known.flow_gain * (model.root * model.slope);
+        self.average(&mut state.age, &mut state.missing, [residual, slope], opened);
         let larger = |a: T, b: T| if a > b { a } else { b };
         let seen = larger(envelope(of_passed, self.decay, passed), envelope(of_taken, self.decay, taken));
         let tolerance = share * seen + T::splat(OIL) * oil.abs() + drift;
@@ -144,20 +144,20 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// Adds a residual to the mean null bias. Over a few swings the mean contains little of an error of the flow gain.
+    /// Adds the opening by a residual of the flow (m³/s), at this slope of the flow curve (m³/s) and this opening (1), to the
+    /// missing opening.
     #[inline(always)]
-    fn average(&self, age: &mut T, null: &mut T, residual: T, slope: T) {
+    fn average(&self, age: &mut T, missing: &mut MissingOpening<T>, [residual, slope]: [T; 2], opened: T) {
         if *age < T::splat(MEMORY) {
             *age = *age + self.period;
         }
         // Beyond the table the flow has no slope.
         if slope > T::splat(0.0) {
-            let opening = (residual / slope).limit(-T::splat(NULL), T::splat(NULL));
-            follow(null, self.period / (T::splat(BEFORE) + *age), opening);
+            missing.add(residual / slope, opened.abs(), self.period / (T::splat(BEFORE) + *age));
         }
     }
 
-    /// The null bias while the force is distrusted. The mean of the oil's flow over a few swings is nearly zero.
+    /// The missing opening while the force is distrusted. The mean of the oil's flow over a few swings is nearly zero.
     #[inline(always)]
     pub(super) fn learn_null_without_force(
         &self,
@@ -171,7 +171,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let slope = known.flow_gain * model.root;
         let residual = self.area * state.velocity - slope * model.at_no_load;
         if force & !others.contains(&true) & input.spool.is_finite() {
-            self.average(&mut state.age, &mut state.null, residual, slope * model.slope);
+            self.average(&mut state.age, &mut state.missing, [residual, slope * model.slope], opened);
         }
     }
 }

@@ -5,13 +5,10 @@ use crate::integrity::integrity;
 use crate::number::Real;
 use crate::protection::gate::Signal;
 use crate::protection::plausibility::load_pressure::LoadPressureState;
+use crate::protection::plausibility::null::MissingOpening;
 use crate::protection::plausibility::reversal::Reversal;
 use crate::protection::plausibility::sums::{Began, Evidence, Sum};
 use crate::velocity::FilteredDerivativeState;
-
-/// Null bias (1) that is not compensated for, because the test's swings may leave it in the mean. Twice as much is
-/// compensated for.
-const DOUBT: f64 = 0.003;
 
 /// The state of a watch. `default()` is a rig at rest without a known null bias.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -68,10 +65,10 @@ pub(crate) struct PlausibilityState<T> {
     pub(super) load_pressure: LoadPressureState<T>,
     /// Time (s) of the balanced samples, up to [`MEMORY`].
     pub(super) age: T,
-    /// Mean opening (1) by which the valve's flow exceeds that of the measured opening: the null bias beyond the known.
-    pub(super) null: T,
+    /// Mean opening (1) by which the valve's flow exceeds that of the measured opening.
+    pub(super) missing: MissingOpening<T>,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, by_flow, last_force, reversal, has_force, has_displacement, load_pressure, age, null);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, by_flow, last_force, reversal, has_force, has_displacement, load_pressure, age, missing);
 
 impl<T: Real> PlausibilityState<T> {
     /// Distrusts a sensor from now on.
@@ -89,12 +86,12 @@ impl<T: Real> PlausibilityState<T> {
 
     /// The state before the first sample, with what is known of sensors and valve. The spool is at the known null (1).
     pub(crate) fn begun_anew(&self, null_bias: T) -> Self {
-        let Self { distrusted, by_balance, null, followed, step, source, braked, .. } = *self;
+        let Self { distrusted, by_balance, missing, followed, step, source, braked, .. } = *self;
         let load_pressure = self.load_pressure.begun_anew();
         Self {
             distrusted,
             by_balance,
-            null,
+            missing,
             followed,
             step,
             source,
@@ -120,19 +117,6 @@ impl<T: Real> PlausibilityState<T> {
         force.lost > 0 && force.jumped
     }
 
-    /// The excess (1) of the valve's opening at its known null and the opening that a calibration adds. A small one may be
-    /// an error of the flow gain in a swing, and is zero. At an authority (1) of zero there is no swing, and if the mean
-    /// is still taken its error decays.
-    #[inline(always)]
-    pub(crate) fn null_excess(&self, added: T, authority: T) -> T {
-        let (zero, one) = (T::splat(0.0), T::splat(1.0));
-        let left = self.null + added;
-        let [_, others @ ..] = self.distrusted;
-        let doubt = if others.contains(&true) { one } else { authority };
-        let sure = (left.abs() * T::splat(1.0 / DOUBT) - one).limit(zero, one);
-        left * (one - doubt * (one - sure))
-    }
-
     /// Whether the force is blamed for a flow balance that contains the velocity as well, or for a jump.
     #[inline(always)]
     pub(crate) fn is_by_balance(&self) -> bool {
@@ -149,6 +133,12 @@ impl<T: Real> PlausibilityState<T> {
     #[inline(always)]
     pub(crate) fn distrusted(&self) -> [bool; 4] {
         self.distrusted
+    }
+
+    /// The null bias (1) beyond the known one.
+    #[inline(always)]
+    pub(crate) fn null_bias(&self) -> T {
+        self.missing.null_bias()
     }
 
     /// The velocity (m/s) from the displacement.

@@ -1,6 +1,7 @@
 //! One tick of the watch against the equations of its residuals and tolerances, from a state without a zero.
 
 use super::*;
+use crate::protection::plausibility::null::MissingOpening;
 use crate::protection::plausibility::sums::{Began, Sum, envelope, rest};
 
 pub(super) const PERIOD: f64 = 1.0 / 4096.0;
@@ -38,6 +39,15 @@ pub(super) fn round() -> Plausibility<f64, 21> {
 /// Each sum begins in its middle.
 const MIDDLE: f64 = 1.0;
 
+/// A null bias and an asymmetry.
+fn uneven() -> MissingOpening<f64> {
+    let mut missing = MissingOpening::default();
+    for opening in [0.05, 0.15, 0.1, 0.4] {
+        missing.add(0.01 + 0.03 * opening, opening, 0.25);
+    }
+    missing
+}
+
 pub(super) fn before() -> PlausibilityState<f64> {
     PlausibilityState {
         lows: [0.4, 0.7, 3000.0, 0.2, 0.009],
@@ -49,7 +59,7 @@ pub(super) fn before() -> PlausibilityState<f64> {
         sums: [Sum { above: MIDDLE, below: MIDDLE }; 7],
         flow: 0.003,
         age: 1.0,
-        null: 0.01,
+        missing: uneven(),
         last_velocity: 0.26,
         displacement: 0.0098,
         goes_on: true,

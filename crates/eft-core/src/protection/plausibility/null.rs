@@ -1,0 +1,116 @@
+//! The opening that the flow balance misses: the valve's null bias, and the asymmetry of its flow curve.
+
+use crate::integrity::integrity;
+use crate::number::Real;
+
+/// Largest null bias (1).
+const MOST: f64 = 0.05;
+/// Largest asymmetry (1).
+const UNEVEN: f64 = 0.1;
+/// Variance of the opening's size (1) at which half of the asymmetry counts. A spool that hardly moves shows none.
+const MOVES: f64 = 1.0e-6;
+
+/// Means over some seconds. The missing opening is a null bias, and an asymmetry times the size of the opening. Without the
+/// second part a valve that passes more flow in one direction would seem to have a null bias while it swings. An equal
+/// error of both directions is in neither, because it has the sign of the opening.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub(crate) struct MissingOpening<T> {
+    /// Means (1) of the missing opening and of the opening's size.
+    missing: T,
+    size: T,
+    /// Variance of the size, and covariance of both (1).
+    variance: T,
+    covariance: T,
+}
+integrity!(MissingOpening<T>: missing, size, variance, covariance);
+
+impl<T: Real> MissingOpening<T> {
+    /// Adds a sample with this share of the mean (1).
+    #[inline(always)]
+    pub(super) fn add(&mut self, missing: T, size: T, share: T) {
+        let most = T::splat(MOST);
+        if !(self.size > T::splat(0.0)) {
+            // The first opening is no change of it.
+            self.size = size;
+        }
+        let (missing, size) = (missing.limit(-most, most) - self.missing, size - self.size);
+        let keep = T::splat(1.0) - share;
+        self.missing = self.missing + share * missing;
+        self.size = self.size + share * size;
+        self.variance = keep * (self.variance + share * size * size);
+        self.covariance = keep * (self.covariance + share * size * missing);
+    }
+
+    /// Missing opening (1) per size of the opening.
+    #[inline(always)]
+    pub(super) fn asymmetry(&self) -> T {
+        let most = T::splat(UNEVEN);
+        (self.covariance / (self.variance + T::splat(MOVES))).limit(-most, most)
+    }
+
+    /// Missing opening (1) at null.
+    #[inline(always)]
+    pub(super) fn null_bias(&self) -> T {
+        self.missing - self.asymmetry() * self.size
+    }
+
+    /// Missing opening (1) at this size of the opening (1).
+    #[inline(always)]
+    pub(super) fn at(&self, size: T) -> T {
+        self.missing + self.asymmetry() * (size - self.size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The missing opening after swings of an opening whose missing part is a function of it.
+    fn after(amplitude: f64, missing_at: impl Fn(f64) -> f64) -> MissingOpening<f64> {
+        let mut missing = MissingOpening::default();
+        for n in 0..40_000 {
+            let opening = amplitude * libm::sin(f64::from(n) * 0.0031);
+            missing.add(missing_at(opening), opening.abs(), 1.0 / (1.0 + f64::from(n.min(16_000))));
+        }
+        missing
+    }
+
+    #[test]
+    fn a_null_bias_and_an_asymmetry_are_told_apart_and_an_error_of_both_directions_is_neither() {
+        for amplitude in [0.02, 0.2, 0.5] {
+            for (bias, uneven, gain) in
+                [(0.01, 0.0, 0.0), (0.004, 0.03, 0.0), (0.0, -0.03, 0.05), (-0.02, 0.0, 0.05)]
+            {
+                let missing = after(amplitude, |opening| bias + uneven * opening.abs() + gain * opening);
+                let (found, asymmetry) = (missing.null_bias(), missing.asymmetry());
+                assert!((found - bias).abs() < 3e-4, "{amplitude} {bias} {uneven} {gain}: {found}");
+                assert!(
+                    (asymmetry - uneven).abs() < 2.5e-3,
+                    "{amplitude} {bias} {uneven} {gain}: {asymmetry}"
+                );
+                assert!((missing.at(0.5 * amplitude) - bias - 0.5 * uneven * amplitude).abs() < 5e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn a_resting_spool_shows_a_null_bias_only() {
+        let missing = after(0.0, |_| 0.004);
+        assert_eq!(missing.asymmetry(), 0.0);
+        assert!((missing.null_bias() - 0.004).abs() < 1e-12 && missing.at(0.5) == missing.null_bias());
+    }
+
+    #[test]
+    fn both_are_bounded() {
+        for sign in [-1.0, 1.0] {
+            let missing = after(0.8, |opening| sign * (0.05 - 0.2 * opening.abs()));
+            assert!((missing.asymmetry().abs() - 0.1).abs() < 0.05, "{}", missing.asymmetry());
+            let missing = after(0.0, |_| sign * f64::INFINITY);
+            assert!((missing.null_bias() - sign * 0.05).abs() < 1e-12);
+            let missing = after(0.1, |opening| sign * opening.abs());
+            assert_eq!(missing.asymmetry(), sign * 0.1);
+        }
+    }
+}
