@@ -64,6 +64,11 @@ impl<T: Real, const N: usize> Channel<T, N> {
         if state.protection.cause().is_of_sensors() {
             // What was learned while the sensor was wrong is discarded.
             state.sound.go_back();
+            if doubted(FORCE) && !matches!(self.velocity, Velocity::Sensor) {
+                // The delay of an estimate depends on the motion's frequency, which changes when the loop opens. Too much
+                // lead makes a growing swing then, and too little a damped one.
+                state.sound.lead_less(&self.controller.nominal());
+            }
         }
         if state.protection.is_tripped() {
             // A held valve command would go on with the noise of its last sample.

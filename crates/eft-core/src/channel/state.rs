@@ -2,7 +2,7 @@
 
 use crate::cause::Cause;
 use crate::checksum::word;
-use crate::compensation::Calibration;
+use crate::compensation::{Calibration, LeadNetwork};
 use crate::controller::ControllerState;
 use crate::integrity::integrity;
 use crate::learning::Window;
@@ -63,8 +63,13 @@ impl Slot {
     }
 
     #[inline(always)]
+    fn of_mut<C>(self, places: &mut [C; 2]) -> Option<&mut C> {
+        places.get_mut((self.0 & 1) as usize)
+    }
+
+    #[inline(always)]
     pub(super) fn put<C: Copy>(self, places: &mut [C; 2], value: &C) {
-        if let Some(place) = places.get_mut((self.0 & 1) as usize) {
+        if let Some(place) = self.of_mut(places) {
             *place = *value;
         }
     }
@@ -178,6 +183,16 @@ impl<T: Real> Sound<T> {
     #[inline(always)]
     pub(super) fn go_back(&mut self) {
         self.gone_back = true;
+    }
+
+    /// Gives the older one the delays of another calibration, if these are shorter together. Its gain stays.
+    #[inline(always)]
+    pub(super) fn lead_less(&mut self, other: &Calibration<T>) {
+        let Some(older) = self.older.of_mut(&mut self.kept) else { return };
+        if other.response_delay + other.velocity_delay < older.response_delay + older.velocity_delay {
+            older.lead = LeadNetwork::of(other.lead.pole(), other.lead.rate(), older.lead.gain());
+            (older.response_delay, older.velocity_delay) = (other.response_delay, other.velocity_delay);
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! What takes the place of distrusted measurements, and which flags say so.
 
 use super::*;
+use crate::channel::state::Sound;
+use crate::compensation::{Calibration, LeadNetwork};
 use crate::parameters::{Levels, VelocitySource};
 
 fn watched() -> Channel<f64, 21> {
@@ -212,5 +214,34 @@ fn without_its_force_a_rig_that_estimates_its_velocity_follows_the_motion() {
         // The valve stays open, and the distrusted force has no effect, not even through the observer.
         assert!(voltage(state, 0.0) > 0.5, "{source:?}: {}", voltage(state, 0.0));
         assert_eq!(voltage(state, 0.0), voltage(state, 500.0), "{source:?}");
+    }
+}
+
+#[test]
+fn without_force_and_velocity_sensor_the_shorter_of_learned_and_configured_delays_is_led() {
+    for source in [VelocitySource::Sensor, VelocitySource::Derivative { corner: 80.0 }] {
+        for (learned, cause, shorter) in [
+            (4.0e-3, Cause::ForceLost, true),
+            (4.0e-3, Cause::SpoolLost, false),
+            (-4.0e-3, Cause::ForceLost, false),
+        ] {
+            let learning = Learning::ADAPTIVE;
+            let rig = Parameters { velocity_source: source, learning, protection: WATCHED, ..RIG };
+            let channel = Channel::<f64, 21>::new(&rig).unwrap();
+            let mut state = channel.at_rest();
+            let nominal = *state.calibration();
+            // Another gain of the lead network, as a guard leaves it.
+            let lead = LeadNetwork::of(0.5, 3.0, 0.9 * nominal.lead.gain());
+            state.sound = Sound::new(Calibration { velocity_delay: learned, lead, ..nominal });
+            state.plausibility.distrust(cause);
+            state.protection.trip_by(cause);
+            channel.step(&mut state, &swing(0));
+            let found = *state.calibration();
+            let shorter = shorter && source != VelocitySource::Sensor;
+            let of = if shorter { &nominal.lead } else { &lead };
+            assert_eq!([found.lead.pole(), found.lead.rate()], [of.pole(), of.rate()], "{learned} {cause:?}");
+            assert_eq!(found.velocity_delay, if shorter { 0.0 } else { learned }, "{learned} {cause:?}");
+            assert_eq!(found.lead.gain(), lead.gain(), "{learned} {cause:?}");
+        }
     }
 }
