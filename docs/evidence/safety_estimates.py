@@ -36,14 +36,13 @@ SOUND: dict[tuple[str, str], dict[str, object]] = {
 }
 
 
-def estimating(known: eft.Rig, source: str) -> tuple[eft.Rig, float, float]:
-    """A protected rig that estimates its velocity, and its two levels.
+def estimate(known: eft.Rig, source: str, reach: float = 2 * G) -> dict[str, object]:
+    """What a rig needs to estimate its velocity, with an accelerometer that reaches so far (m/s²).
 
     The displacement of a derivative has a twentieth of the noise of `safety_sizes`, because the how-to
     advises against a derivative of a noisy displacement. It is stated, except for that of 12 bits. An
-    accelerometer has 0.05 % of ±2 g.
+    accelerometer has 0.05 % of its range.
     """
-    rig, force_level, displacement_level = protected(known)
     changes: dict[str, object] = {
         "controller.velocity_source": source,
         "controller.observer_mass": known["structure.mass"],
@@ -53,13 +52,22 @@ def estimating(known: eft.Rig, source: str) -> tuple[eft.Rig, float, float]:
         changes |= {"truth.sensors.displacement.noise": noise, "truth.sensors.displacement.bits": 20}
         changes["protection.displacement_noise"] = noise
     if source == "accelerometer":
-        sensor = {"noise": 1e-3 * G, "range": 2 * G, "bits": 16}
+        sensor = {"noise": 5e-4 * reach, "range": reach, "bits": 16}
         changes |= {f"truth.sensors.acceleration.{key}": value for key, value in sensor.items()}
-        changes["controller.observer_acceleration_noise"] = 1e-3 * G
-    rig = rig.replace(LOOP | changes)
-    lag = eft.linear.delay_budget(rig, RATE).sensor
-    delay = float(known["compensation.response_delay"]) + lag
-    return rig.replace({"compensation.response_delay": delay}), force_level, displacement_level
+        changes["controller.observer_acceleration_noise"] = 5e-4 * reach
+    return changes
+
+
+def leading(rig: eft.Rig, rate: float) -> eft.Rig:
+    """The rig, whose lead network compensates for the delay of its estimate as well."""
+    delay = float(rig["compensation.response_delay"]) + eft.linear.delay_budget(rig, rate).sensor
+    return rig.replace({"compensation.response_delay": delay})
+
+
+def estimating(known: eft.Rig, source: str) -> tuple[eft.Rig, float, float]:
+    """A protected rig that estimates its velocity, and its two levels."""
+    rig, force_level, displacement_level = protected(known)
+    return leading(rig.replace(LOOP | estimate(known, source)), RATE), force_level, displacement_level
 
 
 def estimates(moments: int) -> Iterator[dict[str, object]]:

@@ -1,11 +1,12 @@
 """Sensor faults on random rigs of data sheets: on what the limits of the protection depend.
 
 ``python docs/evidence/safety_random_rigs.py [COUNT] [SEED]`` draws rigs, and runs a sweep or El Centro on
-each. If neither the check before it nor its verdict is a "no", each fault of each sensor begins at a random
-moment. The levels are those of the how-to. Faults of the load cell run again with a level of a sixteenth of
-the capacity, and those at the lowest sample rate with fewer lost samples. It writes ``data/safety_rigs.csv``
-and ``data/safety_rig_faults.csv``, from which `safety_tables` makes two tables of the page (twenty minutes of
-one core). The same seed makes the same tests on every machine.
+each, once with a velocity sensor and once with an estimate of the velocity. If neither the check before it
+nor its verdict is a "no", each fault of each sensor begins at a random moment. The levels are those of the
+how-to. With a velocity sensor faults of the load cell run again with a level of a sixteenth of the capacity,
+and those at the lowest sample rate with fewer lost samples. It writes ``data/safety_rigs.csv`` and
+``data/safety_rig_faults.csv``, from which `safety_tables` makes three tables of the page (half an hour of one
+core). The same seed makes the same tests on every machine.
 """
 
 import sys
@@ -13,10 +14,12 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+import coverage
 import numpy as np
 import safety
 from drawn_sheets import data_sheets, log_uniform
 from safety import KINDS, SIGNALS, largest
+from safety_estimates import SOURCES, G, estimate, leading
 
 import eft
 from eft._findings import LEAST_LEVEL
@@ -45,6 +48,8 @@ LOWEST_RATE, LOST = 2000.0, 2.5e-3
 """The sample rate (Hz) below which the how-to advises fewer lost samples, and their time (s)."""
 CASES = tuple((signal, kind) for signal in SIGNALS for kind in (*KINDS, "gain", "transient"))
 RUN = tuple(case for case in CASES if case[1] != "gain" or case[0] == "velocity")
+SENSOR = "sensor"
+"""The source of the velocity that is no estimate."""
 
 Drawn = dict[str, Any]
 
@@ -68,7 +73,10 @@ def draw(number: int, seed: int = SEED) -> tuple[Drawn, np.random.Generator]:
         "test": str(random.choice(["sweep", "quake"])),
         "flow_gain": random.uniform(0.97, 1.03),
     }
-    return rig | {f"{signal}_delay": round(random.uniform(0, 1e-3) * rate) for signal in SIGNALS}, random
+    rig |= {f"{signal}_delay": round(random.uniform(0, 1e-3) * rate) for signal in SIGNALS}
+    more = np.random.default_rng([seed, number, 1])
+    rig |= {"estimate": str(more.choice(SOURCES)), "null_bias": more.uniform(-0.005, 0.005)}
+    return rig | {name: more.uniform(-0.04, 0.04) for name in ("asymmetry", "bend")}, random
 
 
 def configured(drawn: Drawn) -> eft.Rig:
@@ -101,7 +109,11 @@ def tested(drawn: Drawn, rig: eft.Rig) -> eft.Command:
 
 def plant(drawn: Drawn, rig: eft.Rig, ranges: dict[str, float]) -> dict[str, object]:
     """What is true of the rig, and the noise that the protection knows of."""
-    changes: dict[str, object] = {"truth.servovalve.flow_gain_scale": drawn["flow_gain"]}
+    openings, flows = coverage.bent(rig, drawn)
+    changes: dict[str, object] = {
+        "truth.servovalve.flow_table": {"openings": openings, "flows": flows},
+        "truth.servovalve.null_bias": drawn["null_bias"],
+    }
     for name, reach in ranges.items():
         sensor = {"noise": 5e-4 * reach, "range": reach, "bits": 16, "delay": drawn[f"{name}_delay"]}
         changes |= {f"truth.sensors.{name}.{key}": value for key, value in sensor.items()}
@@ -123,21 +135,32 @@ def levels(rig: eft.Rig, command: eft.Command, ranges: dict[str, float], least: 
     }
 
 
-def faults_of(number: int, seed: int = SEED) -> tuple[dict[str, object], list[dict[str, object]]]:
-    """The row of a rig, and a row for each of its faults."""
+def faults_of(
+    number: int, source: str, seed: int = SEED
+) -> tuple[dict[str, object], list[dict[str, object]]]:
+    """The row of a rig with a velocity sensor or an estimate, and a row for each of its faults."""
     drawn, random = draw(number, seed)
+    if source != SENSOR:
+        source = drawn["estimate"]
     rig = configured(drawn)
     command, rate = tested(drawn, rig), float(drawn["sample_rate"])
     ranges = {"force": drawn["capacity"], "displacement": float(rig["actuator.stroke"])}
     ranges |= {"velocity": drawn["speed"], "spool": 1.0}
     level, low = (levels(rig, command, ranges, least) for least in (LEAST_LEVEL, LOW))
+    changes: dict[str, object] = {}
+    if source != SENSOR:
+        peak = largest(np.gradient(eft.ideal_response(rig, command).velocity)) * rate
+        changes = estimate(rig, source, max(2 * G, MARGIN * peak))
+        of_controller = {key: value for key, value in changes.items() if not key.startswith("truth.")}
+        rig = leading(rig.replace(of_controller), rate)
     check = eft.check_feasibility(rig, command).verdict
-    rig = rig.replace(plant(drawn, rig, ranges))
+    rig = rig.replace(plant(drawn, rig, ranges) | changes)
     trips = {f"protection.{name}_trip": value for name, value in level.items()}
     guarded = rig.replace({"protection.enabled": True, "protection.spool_trip": 0.95} | trips)
     grade = eft.simulate(rig, command).verdict.grade
     cause = eft.simulate(guarded.replace({"sensors.seed": number}), command).cause.name.lower()
     row = drawn | {
+        "source": source,
         "level": level["force"] / drawn["capacity"],
         "check": check,
         "grade": grade,
@@ -146,29 +169,30 @@ def faults_of(number: int, seed: int = SEED) -> tuple[dict[str, object], list[di
     if "no" in (check, grade) or cause != "none":
         return row, []
     settings: dict[str, dict[str, object]] = {"usual": {}}
-    if low["force"] < level["force"]:
+    if source == SENSOR and low["force"] < level["force"]:
         settings["low"] = {"protection.force_trip": low["force"]}
-    if rate < LOWEST_RATE:
+    if source == SENSOR and rate < LOWEST_RATE:
         settings["few"] = {"protection.lost_samples": round(LOST * rate)}
     faults = []
     for signal, kind in CASES:
         start = random.uniform(2.0, 9.5)
-        changes = safety.fault(signal, kind, start)
+        fault = safety.fault(signal, kind, start)
         if kind == "transient":
             chosen = str(random.choice(KINDS))
-            changes = safety.fault(signal, chosen, start, random.uniform(0.3, 0.5))
-        if (signal, kind) not in RUN:
+            fault = safety.fault(signal, chosen, start, random.uniform(0.3, 0.5))
+        if (signal, kind) not in RUN or (source != SENSOR and signal == "velocity"):
             continue
         begin = int(np.ceil(start * rate))
         for name, setting in settings.items():
             if name == "low" and signal != "force":
                 continue
-            failing = guarded.replace(changes | setting | {"sensors.seed": number + 7})
+            failing = guarded.replace(fault | setting | {"sensors.seed": number + 7})
             run = eft.simulate(failing, command[: begin + int(2.0 * rate)])
             tripped = (run.status & eft.Status.TRIPPED) != 0
             faults.append(
                 {
                     "rig": number,
+                    "source": source,
                     "setting": name,
                     "signal": signal,
                     "kind": kind,
@@ -186,9 +210,10 @@ def main(count: int, seed: int) -> None:
     rows: list[dict[str, object]] = []
     faults: list[dict[str, object]] = []
     for number in range(count):
-        row, found = faults_of(number, seed)
-        rows.append({"rig": number} | row)
-        faults += found
+        for source in (SENSOR, "estimate"):
+            row, found = faults_of(number, source, seed)
+            rows.append({"rig": number} | row)
+            faults += found
         print(f"{number + 1} of {count}", flush=True)
     safety.write(RIGS, iter(rows))
     safety.write(FAULTS, iter(faults))

@@ -10,7 +10,7 @@ from safety_estimates import ESTIMATES, SOURCES
 from safety_laboratory import LABORATORY
 from safety_null import BIASES, NULL
 from safety_random_rigs import FAULTS as RIG_FAULTS
-from safety_random_rigs import LOWEST_RATE, RIGS, RUN
+from safety_random_rigs import LOWEST_RATE, RIGS, RUN, SENSOR
 from safety_sizes import SIZES
 
 from eft._files import write_text
@@ -124,19 +124,24 @@ def conditions(rigs: dict[str, Row], rows: Sequence[Row]) -> dict[str, tuple[lis
 
 def _of_random_rigs() -> str:
     """The faults of random rigs, and how much a condition of the rig or its levels matters."""
-    rigs, rows = {row["rig"]: row for row in read(RIGS)}, read(RIG_FAULTS)
+    rigs = {row["rig"]: row for row in read(RIGS)}
+    every = read(RIG_FAULTS)
+    rows = [row for row in every if row["source"] == SENSOR]
     text = [_of_faults([row for row in rows if row["setting"] == "usual"])]
     text += ["| condition | with it | without it |", "| --- | --- | --- |"]
     for name, halves in conditions(rigs, rows).items():
         counts = ((beyond(half), len(half)) for half in halves)
         cells = (f"{count} of {of} ({100 * count / of:.1f} %)" for count, of in counts)
         text.append(f"| {name} | {' | '.join(cells)} |")
+    text += ["", *_by_estimate([row for row in every if row["source"] != SENSOR])]
     return "\n".join([*text, ""])
 
 
-def _of_estimates() -> str:
-    """The worst of three rigs for each fault and each estimate of the velocity."""
-    rows = read(ESTIMATES)
+def _by_estimate(rows: Sequence[Row]) -> list[str]:
+    """The largest force over its level for each fault and each estimate, and how often it is beyond.
+
+    A row has one moment, or says of how many it is.
+    """
     text = ["| sensor, fault | " + " | ".join(SOURCES) + " |", "| --- " * (1 + len(SOURCES)) + "|"]
     for signal, kind in dict.fromkeys(
         (row["signal"], row["kind"]) for row in rows if row["signal"] != "none"
@@ -144,9 +149,17 @@ def _of_estimates() -> str:
         cells = []
         for source in SOURCES:
             of = [r for r in rows if (r["source"], r["signal"], r["kind"]) == (source, signal, kind)]
-            beyond, moments = (sum(int(row[key]) for row in of) for key in ("beyond", "moments"))
-            cells.append(f"{max(float(row['force']) for row in of):.1f}; {beyond} of {moments}")
+            count = sum(int(row.get("beyond", beyond([row]))) for row in of)
+            moments = sum(int(row.get("moments", 1)) for row in of)
+            cells.append(f"{max(float(row['force']) for row in of):.1f}; {count} of {moments}")
         text.append(f"| {signal} {kind} | " + " | ".join(cells) + " |")
+    return text
+
+
+def _of_estimates() -> str:
+    """The worst of three rigs for each fault and each estimate of the velocity."""
+    rows = read(ESTIMATES)
+    text = _by_estimate(rows)
     alarms = sum(int(row["alarms"]) for row in rows)
     sound = sum(int(row["moments"]) for row in rows if row["signal"] == "none")
     text += [

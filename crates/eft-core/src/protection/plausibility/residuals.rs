@@ -73,8 +73,6 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let share = T::splat(FLOW);
 
         let residual = taken + oil - passed;
-        let slope = known.flow_gain * (model.root * model.slope);
-        self.average(&mut state.age, &mut state.missing, [residual, slope], opened);
         let larger = |a: T, b: T| if a > b { a } else { b };
         let seen = larger(envelope(of_passed, self.decay, passed), envelope(of_taken, self.decay, taken));
         let tolerance = share * seen + T::splat(OIL) * oil.abs() + drift;
@@ -129,19 +127,24 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             follow(&mut state.worse, self.slow, worse);
         }
 
+        let mut agrees = true;
         let [_, opening, asked_low, spool_low, asked_slow, spool_slow] = &mut state.valve;
         if known.valve_command.is_finite() {
             follow(asked_low, self.slow, *opening);
             follow(spool_low, self.slow, input.spool);
             let seen = envelope(of_valve, self.decay, larger(asked_low.abs(), spool_low.abs()));
-            let tolerance = T::splat(VALVE) * seen + valve_drift;
-            stroke.add(self.period * (*spool_low - *asked_low), self.period * tolerance, valve_limit);
+            let (apart, tolerance) = (*spool_low - *asked_low, T::splat(VALVE) * seen + valve_drift);
+            stroke.add(self.period * apart, self.period * tolerance, valve_limit);
+            agrees = apart.abs() <= tolerance;
             // A null bias is no part of the swings about their means.
             let asked = *asked_low - follow(asked_slow, self.slow, *asked_low);
             let moved = *spool_low - follow(spool_slow, self.slow, *spool_low);
             against.add(self.period * opposed(asked, moved), self.period * against_drift, against_limit);
             against.below = T::splat(0.0);
         }
+        // A spool that is not where its command leads says nothing about the valve.
+        let slope = if agrees { known.flow_gain * (model.root * model.slope) } else { T::splat(0.0) };
+        self.average(&mut state.age, &mut state.missing, [residual, slope], opened);
     }
 
     /// Adds the opening by a residual of the flow (m³/s), at this slope of the flow curve (m³/s) and this opening (1), to the
@@ -151,7 +154,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         if *age < T::splat(MEMORY) {
             *age = *age + self.period;
         }
-        // Beyond the table the flow has no slope.
+        // Beyond the table, for example, the flow has no slope.
         if slope > T::splat(0.0) {
             missing.add(residual / slope, opened.abs(), self.period / (T::splat(BEFORE) + *age));
         }

@@ -30,6 +30,22 @@ fn the_residual_over_the_slope_is_the_missing_opening() {
 }
 
 #[test]
+fn a_spool_away_from_its_command_shows_no_missing_opening() {
+    for (low_spool, valve_command, learns) in
+        [(0.18, 1.0, true), (-0.18, 1.0, false), (-0.18, f64::NAN, true)]
+    {
+        let mut state = before();
+        state.valve[3] = low_spool;
+        let found = {
+            let (watch, known) = (round(), Known { valve_command, ..known() });
+            watch.sum_up(&mut state, &input(), 0.3, &watch.valve_flow(&input(), &known), &known);
+            state.missing
+        };
+        assert_eq!(found != before().missing, learns, "{low_spool} {valve_command}");
+    }
+}
+
+#[test]
 fn without_the_force_the_missing_opening_is_learned_from_piston_and_spool() {
     let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
     let (watch, known) = (round(), known());
