@@ -1,4 +1,4 @@
-"""Tables of the page on safety, from the files that the other scripts on safety write."""
+"""Tables of the page on faults and false alarms, from the files that the scripts on safety write."""
 
 import csv
 from collections.abc import Callable, Sequence

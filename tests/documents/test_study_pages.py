@@ -224,8 +224,13 @@ def test_the_pages_on_the_protection_state_the_kept_faults(script):
         for halves in tables.conditions(rigs, rows).values()
     )
     usual = [row for row in rows if row["setting"] == "usual"]
-    text = " ".join((DOCS.parent / "explanation" / "safety.md").read_text(encoding="utf-8").split())
-    how_to = " ".join((DOCS.parent / "how-to" / "protection.md").read_text(encoding="utf-8").split())
+    text, safety, how_to = (
+        " ".join(page.read_text(encoding="utf-8").split())
+        for page in (
+            DOCS / "safety.md",
+            *(DOCS.parent / name for name in ("explanation/safety.md", "how-to/protection.md")),
+        )
+    )
     failed, worst = tables.beyond(usual), max(float(row["force"]) for row in usual)
     for page, sentence in (
         (text, f"in {failed} of the {len(usual):,} tests, with up to {worst:.1f} times."),
@@ -233,6 +238,11 @@ def test_the_pages_on_the_protection_state_the_kept_faults(script):
         (text, f"in {low[0][0]} of {low[0][1]} faults, and with an eighth in {low[1][0]} of the same faults"),
         (text, f"of three, {few[0][0]} of {few[0][1]} faults on the random rigs"),
         (text, f"level, and {few[1][0]} with ten."),
+        (
+            safety,
+            f"{slow[0][0]} of {slow[0][1]} faults led beyond 1.75 times the level at a rate below 250 times",
+        ),
+        (safety, f"and {slow[1][0]} of {slow[1][1]:,} above it, with up to {worst:.1f} times."),
         (how_to, f"{len(usual) - failed:,} of {len(usual):,} faults stayed below 1.75 times"),
     ):
         assert sentence in page
