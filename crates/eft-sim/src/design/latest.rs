@@ -9,8 +9,8 @@ use super::held_piston::HeldPiston;
 use super::known_rig::search;
 use crate::error::{Error, Result};
 
-/// Number of answers that are kept, enough for a map with the sample rate along an axis.
-const KEPT: usize = 64;
+/// Number of answers that are kept, those used last. A check of a rig designs its loop at 37 sample rates.
+const KEPT: usize = 256;
 
 /// A design, or parameter, value and rule of its refusal.
 type Answer = std::result::Result<ForceLoop, [String; 3]>;
@@ -25,12 +25,10 @@ thread_local! {
 /// No gains keep the oil column of all deviating rigs damped, or the delay is more than 16 samples.
 pub fn design(plant: &HeldPiston) -> Result<ForceLoop> {
     LATEST.with_borrow_mut(|latest| {
-        if let Some((_, answer)) = latest.iter().find(|(known, _)| known == plant) {
-            return answer.clone().map_err(|[parameter, value, allowed]| Error::Value {
-                parameter,
-                value,
-                allowed,
-            });
+        let place = latest.iter().position(|(known, _)| known == plant);
+        if let Some((known, answer)) = place.and_then(|place| latest.remove(place)) {
+            latest.push_front((known, answer.clone()));
+            return answer.map_err(|[parameter, value, allowed]| Error::Value { parameter, value, allowed });
         }
         let found = search(plant);
         let answer = match &found {
