@@ -155,7 +155,7 @@ def test_the_check_names_what_its_errors_do_not_contain(key, value):
     assert eft.simulate(rig, command).metrics().displacement_error > 1.5 * found.displacement_error
 
 
-@pytest.mark.parametrize("lap", [1e-6, 1e-5, 1e-4, 1e-3])
+@pytest.mark.parametrize("lap", [1e-6, 1e-5, 1e-4])
 def test_an_underlap_is_named_where_it_matters_and_changes_little_where_not(lap):
     command = eft.sine_sweep(2000.0, 0.3, 10.0, 16.0, 4096.0)
     changes = {"controller.force_loop": "robust", "structure.kind": "linear", "compensation.adaptive": True}
