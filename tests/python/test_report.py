@@ -265,9 +265,9 @@ ACT = """
     new PointerEvent(type, { clientX: x, clientY: y, bubbles: true, cancelable: true }));
   const painted = (canvas) => {
     const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-    const colors = new Set();
-    for (let i = 0; i < data.length; i += 4) if (data[i + 3] === 255) colors.add(data.slice(i, i + 3).join());
-    return [...colors];
+    // Whole pixels: alpha, blue, green and red from the highest byte on.
+    const pixels = [...new Set(new Uint32Array(data.buffer))].filter((pixel) => pixel >>> 24 === 255);
+    return pixels.map((pixel) => [0, 8, 16].map((place) => (pixel >> place) & 255).join());
   };
   const charts = window.eftCharts;
   const before = charts.map((c) => painted(c.canvas).length);
@@ -282,8 +282,8 @@ ACT = """
   first.canvas.dispatchEvent(new MouseEvent("dblclick", { bubbles: true }));
   const after = charts.map((c) => c.view);
   const bytes = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16)).join();
-  const unseen = (c) => c.series.filter((s) => !painted(c.canvas).includes(bytes(s.color)));
-  const missing = charts.map((c) => unseen(c).length);
+  const unseen = (c, colors) => c.series.filter((s) => !colors.includes(bytes(s.color)));
+  const missing = charts.map((c) => unseen(c, painted(c.canvas)).length);
   const answer = { errors, missing, before, used, zoomed, vertical, after };
   document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
 </script>
