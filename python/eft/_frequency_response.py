@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from eft._foreign import read_text
 from eft._identification import Estimate
 from eft._read_only import ReadOnly, read_only
+from eft.data_sheets._values import above_zero
 from eft.data_sheets._valve import second_order
 
 __all__ = ["FrequencyResponse", "ValveEstimate", "identify_valve", "read_frequency_response"]
@@ -100,7 +101,7 @@ class ValveEstimate(ReadOnly):
         'compensation.response_delay'
         """
         omega = 2.0 * math.pi * float(self.natural_frequency)
-        return second_order(omega, float(self.damping_ratio), rated_signal)
+        return second_order(omega, float(self.damping_ratio), above_zero("rated_signal", rated_signal, "V"))
 
 
 def identify_valve(frequency: ArrayLike, amplitude: ArrayLike, phase: ArrayLike) -> ValveEstimate:

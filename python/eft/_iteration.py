@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft._native import Command, Rig
+from eft._numbers import real_number, whole_number
 from eft._read_only import ReadOnly
 from eft._run import TestRun
 from eft._signals import energy_edge
@@ -149,10 +150,15 @@ def iterate(
             f"rig_or_measured = an object of type {type(rig_or_measured).__name__}: must be an eft.Rig, a "
             "TestRun or eft.traces.Traces; eft.traces.read_traces reads a file"
         )
+    relaxation, target = real_number("relaxation", relaxation), real_number("target", target)
+    least_coherence = real_number("least_coherence", least_coherence)
+    repeats = whole_number("repeats", repeats)
     if not 0.0 < relaxation <= 1.0:
         raise ValueError(f"relaxation = {relaxation}: must be above 0 and at most 1")
     if not 0.0 <= least_coherence <= 1.0:
         raise ValueError(f"least_coherence = {least_coherence}: must be from 0 to 1")
+    if not target >= 0.0:
+        raise ValueError(f"target = {target}: must be at least 0")
     if repeats < 1:
         raise ValueError(f"repeats = {repeats}: must be at least 1")
     if not command.values.any():
@@ -299,7 +305,7 @@ def _left_over(displacement: Array) -> float:
 
 def _band(command: Command, given: tuple[float, float] | None) -> tuple[float, float]:
     if given is not None:
-        low, high = given
+        low, high = (real_number("band", edge) for edge in given)
         if not 0.0 <= low < high <= command.sample_rate / 2.0:
             raise ValueError(f"band = {given}: must rise within 0 and {command.sample_rate / 2.0:g} Hz")
         return low, high

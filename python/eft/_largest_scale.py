@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from eft._floors import floor_mass
 from eft._native import Command, Record, Rig, check_rig, effective_force
+from eft._numbers import real_number
 from eft._simulate import simulate
 
 if TYPE_CHECKING:
@@ -82,6 +83,7 @@ def largest_scale(
     True
     """
     check_rig(rig)
+    tolerance = real_number("tolerance", tolerance)
     if not 1e-6 <= tolerance <= 1.0:
         raise ValueError(f"tolerance = {tolerance}: must be from 1e-6 to 1")
     scaled = _scaled(rig, record, mass, sample_rate)

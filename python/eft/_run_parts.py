@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._numbers import whole_number
 from eft._status import ENDED
 from eft._table import TRACES
 
@@ -74,6 +75,7 @@ def actuator(run: TestRun, index: int) -> TestRun:
     >>> run.force.shape, run.actuator(1).force.shape
     ((2, 100), (100,))
     """
+    index = whole_number("actuator", index)
     actuators = run.command.shape[0] if run.command.ndim > 1 else 1
     if not 0 <= index < actuators:
         raise IndexError(f"actuator = {index}: must be from 0 to {actuators - 1}")

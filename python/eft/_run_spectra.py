@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft import _native
+from eft._numbers import real_number
 from eft._read_only import read_only
 
 if TYPE_CHECKING:
@@ -101,6 +102,7 @@ def coherence(run: TestRun, segment: float = 4.0) -> Coherence:
     >>> run.coherence(1.0).frequency[1].item()
     1.0
     """
+    segment = real_number("segment", segment)
     if run.command.ndim > 1:
         return Coherence(*map(read_only, _rows(run, lambda one: one.coherence(segment))))
     if not segment > 0.0:

@@ -11,6 +11,7 @@ import numpy as np
 from eft._display import shown
 from eft._floors import actuators_of
 from eft._native import Command, Controller, Plant, Rig, check_rig, rig_keys
+from eft._numbers import real_number
 
 __all__ = ["Watched", "watch"]
 
@@ -72,6 +73,7 @@ def watch(
     [0.0, 1.0, 1.999]
     """
     check_rig(rig)
+    every = real_number("every", every)
     if not every > 0.0:
         raise ValueError(f"every = {every}: must be above zero, in s")
     check_watchable(rig)

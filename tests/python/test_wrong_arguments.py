@@ -11,6 +11,8 @@ from eft import firmware, identification, linear, opensees
 
 RIG = eft.Rig.zhao2005()
 SWEEP = eft.sine_sweep(2000.0, 0.5, 5.0, 1.0, 1024.0)
+RUN = eft.simulate(RIG, SWEEP)
+WATCHED = RIG.replace({"controller.realization": "digital"})
 SIGNAL = np.sin(np.arange(1024) / 50.0)
 
 
@@ -60,6 +62,40 @@ def test_the_functions_that_take_a_rig_are_found():
 def test_a_truth_value_is_no_number(call, true):
     with pytest.raises(TypeError, match=r"^must be (real|whole) number, not a truth value of type "):
         call(true)
+
+
+@pytest.mark.parametrize("true", [True, np.bool_(True), np.array(True), "1"])
+@pytest.mark.parametrize(
+    ("name", "kind", "call"),
+    [
+        ("tolerance", "real", lambda true: eft.largest_scale(RIG, SWEEP, tolerance=true)),
+        ("every", "real", lambda true: next(eft.watch(WATCHED, SWEEP, every=true))),
+        ("repeats", "whole", lambda true: eft.iterate(RIG, SWEEP, repeats=true)),
+        ("relaxation", "real", lambda true: eft.iterate(RIG, SWEEP, relaxation=true)),
+        ("least_coherence", "real", lambda true: eft.iterate(RIG, SWEEP, least_coherence=true)),
+        ("target", "real", lambda true: eft.iterate(RIG, SWEEP, target=true)),
+        ("band", "real", lambda true: eft.iterate(RIG, SWEEP, band=(true, 5.0))),
+        ("band", "real", lambda true: eft.compare(RUN, RUN, band=(true, 5.0))),
+        ("segment", "real", lambda true: RUN.coherence(true)),
+        ("actuator", "whole", lambda true: RUN.actuator(true)),
+        ("longest", "real", lambda true: opensees.Site(RIG, longest=true)),
+        ("sample_rate", "real", lambda true: eft.rths.delay(SIGNAL, SIGNAL, true)),
+        ("lags", "whole", lambda true: eft.rths.delay(SIGNAL, SIGNAL, 1024.0, lags=true)),
+        ("seed", "whole", lambda true: eft.rths.TransferSystem().perturbed(true)),
+        ("count", "whole", lambda true: eft.benchmark.drawn_cases(true)),
+        ("seed", "whole", lambda true: eft.benchmark.drawn_cases(1, true)),
+    ],
+)
+def test_a_truth_value_or_a_text_is_no_number_in_python_either(true, name, kind, call):
+    with pytest.raises(TypeError, match=rf"^{name} = .*: must be a {kind} number$"):
+        call(true)
+
+
+def test_numbers_of_numpy_are_numbers():
+    assert eft.largest_scale(RIG, SWEEP, tolerance=np.float32(1.0)).scale > 0.0
+    assert RUN.actuator(np.int64(0)) is RUN
+    with pytest.raises(ValueError, match=r"^target = nan: must be at least 0$"):
+        eft.iterate(RIG, SWEEP, target=float("nan"))
 
 
 @pytest.mark.parametrize("wrong", ["measured.csv", RIG.to_dict(), SIGNAL])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from eft._native import Rig
+from eft._numbers import whole_number
 
 RATE = 4096.0
 """Sample rate of every test of the benchmark, Hz."""
@@ -172,6 +173,7 @@ def drawn_cases(count: int, seed: int = 1) -> list[Case]:
     >>> 4000.0 <= case.rig["structure.mass"] <= 18000.0
     True
     """
+    count, seed = whole_number("count", count), whole_number("seed", seed)
     if count < 0:
         raise ValueError(f"count = {count}: must be at least 0")
     random = np.random.default_rng(seed)

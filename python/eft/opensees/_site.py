@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eft._native import Plant, PlantState, Rig
+from eft._numbers import real_number
 from eft._status import Status
 from eft.opensees._displacement_control import RATE, Specimen, design
 
@@ -54,6 +55,7 @@ class Site:
     """
 
     def __init__(self, rig: Rig, *, tolerance: float = 1e-6, longest: float = 20.0) -> None:
+        tolerance, longest = real_number("tolerance", tolerance), real_number("longest", longest)
         for name, value in (("tolerance", tolerance), ("longest", longest)):
             if not (np.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value!r}: must be positive and finite")

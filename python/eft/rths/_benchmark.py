@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from eft._extras import need
 from eft._native import Record
+from eft._numbers import real_number, whole_number
 from eft._read_only import ReadOnly
 from eft.rths._criteria import Criteria, criteria
 
@@ -106,7 +107,7 @@ class TransferSystem:
         >>> nominal.perturbed(1) == nominal.perturbed(1) != nominal
         True
         """
-        normal = np.random.default_rng(seed).standard_normal(4)
+        normal = np.random.default_rng(whole_number("seed", seed)).standard_normal(4)
         return replace(
             self,
             a3=self.a3 + 1.3 * normal[0],
@@ -227,6 +228,7 @@ def simulate(
     >>> f"delay {1e3 * test.criteria.j1:.1f} ms, error {test.criteria.j2:.0%}"
     'delay 4.6 ms, error 5%'
     """
+    scale, rest = real_number("scale", scale), real_number("rest", rest)
     for name, value in (("scale", scale), ("rest", rest)):
         if not (np.isfinite(value) and value >= 0.0):
             raise ValueError(f"{name} = {value!r}: must be at least 0 and finite")

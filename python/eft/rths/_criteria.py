@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eft._numbers import real_number, whole_number
+
 Array = NDArray[np.float64]
 
 _LAGS = 50
@@ -74,6 +76,7 @@ def delay(target: ArrayLike, measured: ArrayLike, sample_rate: float, *, lags: i
     >>> f"{1e3 * eft.rths.delay(target, np.roll(target, 16), 4096.0):.2f} ms"
     '3.91 ms'
     """
+    sample_rate, lags = real_number("sample_rate", sample_rate), whole_number("lags", lags)
     if not (np.isfinite(sample_rate) and sample_rate > 0.0):
         raise ValueError(f"sample_rate = {sample_rate!r}: must be positive and finite")
     wanted, found = _pair("target", target, "measured", measured)

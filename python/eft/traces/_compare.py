@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from eft import _native
 from eft._display import UnitSystem, shown
+from eft._numbers import real_number
 from eft._run import TestRun
 from eft.traces._read import read_traces
 from eft.traces._traces import Traces
@@ -200,7 +201,7 @@ def compare(
     >>> eft.compare(one, other)["force"].nrmse < 0.1
     True
     """
-    low, high = band
+    low, high = (real_number("band", edge) for edge in band)
     if not 0.0 <= low < high:
         raise ValueError(f"band = ({low:g}, {high:g}) Hz: must begin at or above zero and below its end")
     rigs = [source.rig for source in (run, measured) if isinstance(source, TestRun)]
