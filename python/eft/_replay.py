@@ -62,6 +62,9 @@ class Replay(ReadOnly):
     calibration: Calibration | None
     """Result of the learning; None if nothing was learned."""
 
+    def __repr__(self) -> str:
+        return f"<eft.Replay: {self.time.size} windows to {self.time[-1]:.6g} s>"
+
     def to_pandas(self) -> pandas.DataFrame:
         """Return the windows as a data frame with the time as its index.
 

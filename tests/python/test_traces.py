@@ -237,3 +237,11 @@ def test_a_universal_file_holds_signals_over_time(tmp_path):
     assert traces.sample_rate == pytest.approx(100.0)
     assert traces["force"] == pytest.approx(TIME * 2000.0)
     assert traces["displacement"] == pytest.approx(TIME * 3e-3)
+
+
+def test_signals_are_shown_in_one_line_without_their_samples():
+    run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(2000.0, 0.5, 5.0, 1.0, 1024.0))
+    shown = repr(eft.traces.Traces.from_run(run, "mine"))
+    assert shown.startswith("<eft.traces.Traces of mine: 1024 samples at 1024 Hz, command, force, ")
+    assert len(shown) < 600 and "array" not in shown
+    assert "array" not in repr(eft.replay(run.rig, run)) and "array" not in repr(eft.compare(run, run))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._numbers import real_number
 from eft._read_only import ReadOnly, read_only
 from eft.traces._clock import FASTEST, SLOWEST, clock
 from eft.traces._units import QUANTITIES, allowed_units, checked_quantity, parse_header, to_si
@@ -51,6 +52,12 @@ class Traces(ReadOnly):
 
     def __len__(self) -> int:
         return next(iter(self.columns.values())).size
+
+    def __repr__(self) -> str:
+        signals = ", ".join(self.columns)
+        return (
+            f"<eft.traces.Traces of {self.name}: {len(self)} samples at {self.sample_rate:g} Hz, {signals}>"
+        )
 
     def __getitem__(self, quantity: str) -> Array:
         """Return a quantity's samples; the ValueError for a missing one names the existing ones."""
@@ -148,6 +155,7 @@ class Traces(ReadOnly):
         [0.0, 1000.0]
         """
         raw = list(raw)
+        sample_rate = None if sample_rate is None else real_number("sample_rate", sample_rate)
         chosen = {header: checked_quantity(quantity) for quantity, header in columns.items()}
         headers = [column.header for column in raw]
         for header in chosen:
