@@ -182,11 +182,11 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
     try:
         judged = _native.learned(rig, rate) if learns else rig
         growth, within = _native.margins_within(judged, rate, level, dead_time, gain, "steeper")
-        before = _native.margins_within(rig, rate, 1.0, -1.0, 1.0, "steeper")[0] if learns else growth
+        first = _native.margins_within(rig, rate, 1.0, -1.0, 1.0, "steeper") if learns else (growth, within)
     except ValueError:
         return  # there is no linear model: too many delays, or no slope at rest
-    if not outside and max(before, growth) > 0.0:
-        yield _unstable(rig, rate, before, growth if learns else None)
+    if not outside and None in (first[1], within):
+        yield _unstable(rig, rate, first[0], growth if learns else None)
     if within is None:
         return
     level, dead_time, gain = within

@@ -250,3 +250,10 @@ def test_the_continuous_model_names_an_estimated_velocity_and_the_sampled_one_co
         ).left_out
         == ()
     )
+
+
+def test_a_loop_with_an_integral_part_and_a_free_structure_are_marginally_stable():
+    assert repr(eft.design_force_loop(RIG).open_loop).endswith(" marginally stable>")
+    free = RIG.replace({"structure.stiffness": 0.0})
+    said = eft.check_feasibility(free, eft.sine_sweep(2000.0, 0.5, 5.0, 1.0, 4096.0)).reasons
+    assert not any("unstable" in reason for reason in said), said

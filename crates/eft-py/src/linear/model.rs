@@ -256,11 +256,7 @@ impl LinearModel {
             None => "continuous".to_owned(),
             Some(step) => format!("sampled at {} Hz", 1.0 / step),
         };
-        let verdict = match self.inner.growth_rate() {
-            Ok(rate) if rate < 0.0 => format!("stable, slowest decay {:.4} 1/s", -rate),
-            Ok(rate) => format!("unstable, grows at {rate:.4} 1/s"),
-            Err(error) => error.to_string(),
-        };
-        format!("<eft.linear.LinearModel: {} states, {time}, {verdict}>", self.inner.a.nrows())
+        let stability = self.inner.stability().unwrap_or_else(|error| error.to_string());
+        format!("<eft.linear.LinearModel: {} states, {time}, {stability}>", self.inner.a.nrows())
     }
 }

@@ -11,6 +11,7 @@ use crate::config::{Mode, Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 use crate::plant::Supply;
+use crate::state_space::AT_REST;
 
 /// Beyond this opening the paper advises against a test.
 const ADVISED_OPENING: f64 = 0.6;
@@ -258,11 +259,15 @@ fn scheme(rig: &RigConfig, demands: &[Demand], pressure: f64) -> Result<Mode> {
         let pairs = model.inputs.iter().zip(forces);
         pairs.map(|(input, output)| Ok(model.response_to(input, output, frequency)?.norm())).collect()
     };
-    let rest = own(0.0)?;
+    // A structure without a spring has a pole there, and takes no constant force.
+    let rest = own(0.0).ok();
+    let drops = |frequency: f64| -> Result<bool> {
+        let Some(rest) = &rest else { return Ok(true) };
+        let mut pairs = own(frequency)?.into_iter().zip(rest);
+        Ok(pairs.any(|(here, rest)| here < (1.0 - TOLERATED_DROP) * rest))
+    };
     for i in 0..=200 {
-        let frequency = 0.1 * 100.0_f64.powf(f64::from(i) / 200.0);
-        let drops = own(frequency)?.into_iter().zip(&rest);
-        if drops.into_iter().any(|(here, rest)| here < (1.0 - TOLERATED_DROP) * rest) {
+        if drops(0.1 * 100.0_f64.powf(f64::from(i) / 200.0))? {
             let opening =
                 demands.iter().find(|demand| demand.unit.is_empty()).map_or(1.0, |demand| demand.required);
             let linear = opening <= LINEAR_OPENING && pressure <= LINEAR_PRESSURE;
@@ -280,7 +285,7 @@ fn smallest_sample_rate(rig: &RigConfig) -> Result<Option<f64>> {
         // A designed force loop may not exist at another rate than the rig's own.
         let Ok(rig) = rig.at_rate(rate) else { return Ok(f64::NEG_INFINITY) };
         let growth = linearize(&rig, FlowGain::Steeper, Time::Sampled(rate))?.growth_rate()?;
-        if growth > 0.0 {
+        if growth > AT_REST {
             return Ok(f64::NEG_INFINITY);
         }
         let far = own * (1.0 + 1.01 * most);

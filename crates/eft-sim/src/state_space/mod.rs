@@ -13,6 +13,10 @@ pub(crate) use self::responses::Responses;
 use crate::checks;
 use crate::error::{Error, Result};
 
+/// Growth rate (1/s) up to which a mode counts as one at rest: a structure without a spring and an integral part have a pole
+/// at the origin.
+pub(crate) const AT_REST: f64 = 1e-9;
+
 /// `ẋ = A·x + B·u`, `y = C·x + D·u`, or the same with the next sample on the left side. `u` is the force
 /// command (N); a building has one per floor.
 ///
@@ -94,6 +98,19 @@ impl StateSpace {
         Ok(poles.iter().map(rate).fold(f64::NEG_INFINITY, f64::max))
     }
 
+    /// The stability in words, with the growth rate.
+    ///
+    /// # Errors
+    /// As [`poles`](Self::poles).
+    pub fn stability(&self) -> Result<String> {
+        let rate = self.growth_rate()?;
+        Ok(match rate {
+            _ if rate.abs() <= AT_REST => "marginally stable".into(),
+            _ if rate < 0.0 => format!("stable, slowest decay {}", per_second(-rate)),
+            _ => format!("unstable, grows at {}", per_second(rate)),
+        })
+    }
+
     /// Response of an output to the first input at a frequency (Hz), in the output's unit per N.
     ///
     /// # Errors
@@ -130,6 +147,11 @@ impl StateSpace {
     }
 }
 
+/// A rate (1/s) with its first digits.
+pub(crate) fn per_second(rate: f64) -> String {
+    if rate < 0.01 { format!("{rate:.2e} 1/s") } else { format!("{rate:.4} 1/s") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,6 +185,20 @@ mod tests {
             let error = model.response("displacement", frequency).unwrap() - expected;
             assert!(error.norm() < 1e-14 * expected.norm().max(1e-3));
         }
+    }
+
+    #[test]
+    fn the_stability_is_told_with_the_digits_of_its_rate() {
+        let told = |pole: f64| {
+            let (a, one) = (DMatrix::from_element(1, 1, pole), DMatrix::from_element(1, 1, 1.0));
+            let states = vec!["x".into()];
+            StateSpace { a, b: one.clone(), c: one.clone(), d: one, states, ..oscillator() }
+                .stability()
+                .unwrap()
+        };
+        assert_eq!(told(-0.28841), "stable, slowest decay 0.2884 1/s");
+        assert_eq!(told(1.234e-5), "unstable, grows at 1.23e-5 1/s");
+        assert_eq!([told(3e-13), told(-3e-13)], ["marginally stable"; 2]);
     }
 
     #[test]

@@ -7,10 +7,8 @@ use super::sampled::MOST_STATES;
 use super::{Time, linearize};
 use crate::config::{Mode, Realization, RigConfig, RigValues};
 use crate::error::{Error, Result};
+use crate::state_space::{AT_REST, per_second};
 
-/// Growth rate (1/s) below which the loop counts as stable: a structure without a spring has a pole at the
-/// origin.
-const AT_REST: f64 = 1e-9;
 /// The largest level that a controller takes.
 const HIGHEST_LEVEL: f64 = 10.0;
 /// The longest response delay (s) that a controller takes.
@@ -86,7 +84,7 @@ pub(crate) fn stability_margin_up_to(
     }
     let rate = growth_with(rig, gain, time, |_| ())?;
     let allowed = format!("no compensation level from 0 to {HIGHEST_LEVEL} makes the loop stable");
-    Err(Error::value("growth rate", format!("{rate:.3} 1/s"), allowed))
+    Err(Error::value("growth rate", per_second(rate), allowed))
 }
 
 /// As [`stability_margin`], but `None` if no level makes the loop stable.
