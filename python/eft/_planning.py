@@ -285,11 +285,11 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     ``eft check`` runs such a test. The errors of force and displacement are those of the linear model in
     the long run, after a self-calibration, with noise, resolution and bias of the sensors. They contain a
     null bias of the valve that the controller does not know, with the force until an integral part of the
-    force loop has found it. To learn a null takes up to minutes, and ``left_out`` names a null that is
-    learned. A lap of the spool that the controller does not know counts to first order. Above a fiftieth
-    of the opening it makes larger force errors, and ``left_out`` names it. Friction counts in the force's
-    error only. Resolution counts as white noise of the rounding. A large opening, a limit, or a signal
-    that stays within one step for many samples makes larger errors.
+    force loop has found it. A null that self-calibration learns, with a bias of the velocity in it, counts
+    with its whole force for the first 0.8 s. A lap of the spool that the controller does not know counts to
+    first order. Above a fiftieth of the opening it makes larger force errors, and ``left_out`` names it.
+    Friction counts in the force's error only. Resolution counts as white noise of the rounding. A large
+    opening, a limit, or a signal that stays within one step for many samples makes larger errors.
 
     With the plausibility watch of the protection, a level of the force below an eighth of the actuator's
     capacity and a sample rate below 250 times the natural frequency are cautions. In a building it is that of
@@ -297,7 +297,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     demands is judged as after the test, by ``verdict.caution.supply_pressure`` and
     ``verdict.no.supply_pressure``. A droop without ``compensation.supply_correction`` is a caution if the
     displacement's error at this pressure exceeds its limit. A known overlap is one if its ratio to the rms
-    opening exceeds ``verdict.caution.force_error``, and a play of the attachment if its error does.
+    opening exceeds ``verdict.caution.force_error``, and a play of the attachment if its error exceeds that or
+    ``verdict.caution.oscillation``.
 
     Parameters
     ----------

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from eft import _native
+from eft._display import shown
 from eft._findings import Finding, Grade, above, worst
 from eft._native import Command, Rig
 
@@ -36,10 +37,13 @@ class Prediction(NamedTuple):
     """Of the displacement, against the ideal one."""
     constants: dict[str, float]
     """Keys of constant causes, with the rms of the force in N."""
+    null_learned: bool
+    """Whether the controller learns the null, and a bias of the velocity with it, during the test."""
     overlap: float
     """A known overlap over the rms opening."""
-    play: float
-    """Force error by the play of the attachment, about, rms over rms."""
+    play: tuple[float, float]
+    """Force error by the play of the attachment, about, rms over rms, and the amplitude in N of the
+    oscillation that it sustains where the command is small."""
     left_out: tuple[str, ...]
     """What is not contained: keys of the rig, and the command above 20 Hz."""
 
@@ -53,6 +57,7 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
         PredictedError(**found["force"]),
         PredictedError(**found["displacement"]),
         dict(found["constants"]),
+        found["null_learned"],
         found["overlap"],
         found["play"],
         tuple(found["left_out"]),
@@ -76,17 +81,20 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
             sentence = f"{told} by {error.whole:.1%} (rms) at small motion{cause}, more than {allowed:.0%}."
             yield Finding(grade, sentence)
     if constant:
-        yield Finding(worst(grades), _of_constant(rig, found.constants))
+        yield Finding(worst(grades), _of_constant(rig, found))
     if above(rig, "force_error", found.overlap) is not None:
         sentence = (
             f"The overlap is {found.overlap:.0%} of the rms opening. The spool crosses it late, although the "
             "controller knows it, which makes a force error of half to two and a half times this size."
         )
         yield Finding("caution", sentence)
-    if above(rig, "force_error", found.play) is not None:
+    crossed, oscillation = found.play
+    if above(rig, "force_error", crossed) or above(rig, "oscillation", crossed):
         size = f"{1e3 * rig.plant['actuator.attachment_play']:.2g} mm"
+        lasts = f", and an oscillation of about {shown('force')(oscillation)} where the command is small"
         sentence = (
-            f"The play of {size} between piston and structure makes a force error of about {found.play:.0%}."
+            f"The play of {size} between piston and structure makes a force error of about {crossed:.0%}"
+            f"{lasts if oscillation else ''}."
         )
         yield Finding("caution", sentence)
     path = _native.delay_budget(rig, rate)["path"]
@@ -123,11 +131,13 @@ def of_droop(rig: Rig, command: Command, lowest: float, found: Prediction) -> It
         yield Finding("caution", sentence, (("compensation.supply_correction", True),))
 
 
-def _of_constant(rig: Rig, constants: dict[str, float]) -> str:
+def _of_constant(rig: Rig, found: Prediction) -> str:
     """The largest constant cause and its remedy."""
-    key, force = max(constants.items(), key=lambda one: one[1])
+    key, force = max(found.constants.items(), key=lambda one: one[1])
     size = f"force of {1e-3 * force:.2g} kN"
     makes = f"makes a constant {size}"
+    if found.null_learned and key != "sensors.force.bias":
+        makes = f"makes a {size} (rms), most of it in the first second, until it is learned as the null"
     if key == "servovalve.null_bias":
         valve = rig.plant["servovalve"]
         true = valve["null_bias"] * valve["spool_sensitivity"] * valve["spool_stroke"]

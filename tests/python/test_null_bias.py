@@ -242,3 +242,23 @@ def test_a_short_test_has_the_whole_force_of_an_unknown_null() -> None:
     assert any("until the integral part of the force loop has found the null" in one for one in check.reasons)
     told = rig.replace({"servovalve.null_bias": 0.01})
     assert eft.check_feasibility(told, burst).force_error < 0.1
+
+
+LEARNS_NULL = {
+    "compensation.adaptive": True,
+    "compensation.feedforward": True,
+    "compensation.look_ahead": True,
+}
+
+
+@pytest.mark.parametrize("key", ["servovalve.null_bias", "sensors.velocity.bias"])
+@pytest.mark.parametrize(("amplitude", "duration"), [(1500.0, 16.0), (4000.0, 32.0), (8000.0, 16.0)])
+def test_the_check_knows_the_force_of_a_bias_until_it_is_learned(key, amplitude, duration) -> None:
+    sweep = eft.sine_sweep(amplitude, 0.5, 6.0, duration, 4096.0)
+    rig = eft.Rig.zhao2005().replace(LEARNS_NULL | {f"truth.{key}": 0.015})
+    check, run = eft.check_feasibility(rig, sweep), eft.simulate(rig, sweep)
+    assert check.force_error == pytest.approx(run.metrics()["nrmse"], rel=0.25)
+    assert check.left_out == ()
+    assert (check.verdict == "go") == (run.verdict.grade == "go")
+    if check.verdict != "go":
+        assert any("until it is learned as the null" in reason for reason in check.reasons)

@@ -210,7 +210,8 @@ pub(crate) fn predicted_errors<'py>(
     answer.set_item("displacement", parts(found.displacement)?)?;
     answer.set_item("constants", found.constants)?;
     answer.set_item("overlap", found.overlap)?;
-    answer.set_item("play", found.play)?;
+    answer.set_item("null_learned", found.null_learned)?;
+    answer.set_item("play", (found.play.error, found.play.oscillation))?;
     answer.set_item("left_out", found.left_out)?;
     Ok(Some(answer))
 }
