@@ -100,3 +100,17 @@ def test_a_play_of_a_tenth_of_a_millimetre_shows_in_the_force() -> None:
     assert errors[0] < 0.01 < errors[1] < errors[2]
     # The controller never sees it, so an exported rig does not contain it.
     assert robust.replace({"truth.actuator.attachment_play": 1e-4})["actuator.attachment_play"] == 0.0
+
+
+def test_the_recorded_motion_is_that_of_the_piston_if_only_the_true_rig_has_an_attachment() -> None:
+    rig = eft.Rig.zhao2005().replace({"controller.realization": "digital"})
+    command = eft.sine_sweep(2200.0, 0.5, 6.0, 1.0, RATE)
+    for key, value in (("attachment_stiffness", 1e9), ("attachment_play", 1e-5)):
+        true = rig.replace({f"truth.actuator.{key}": value})
+        run = eft.simulate(true, command)
+        controller = eft.Controller(true, sample_rate=RATE)
+        readings = (run.measured_velocity, run.measured_force, run.measured_spool)
+        given = zip(command.values, *readings, strict=True)
+        commands = [controller.step(*one) for one in given]
+        np.testing.assert_array_equal(commands, run.valve_command)
+        assert (run.measured_displacement != run.displacement).any()

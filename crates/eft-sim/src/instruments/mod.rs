@@ -124,7 +124,7 @@ pub(crate) fn are_ideal(rig: &RigConfig) -> bool {
         fault,
     } = &rig.plant().sensors;
     let all = [force, velocity, displacement, spool, supply_pressure, acceleration, load_pressure];
-    all.into_iter().all(is_ideal) && fault.is_none() && !rig.piston_moves_alone()
+    all.into_iter().all(is_ideal) && fault.is_none() && !rig.plant().piston_moves_alone()
 }
 
 /// Whether a rig has an accelerometer: the observer reads it, or the configuration describes it.
