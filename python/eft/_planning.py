@@ -110,15 +110,17 @@ class Feasibility(Result):
     """The lowest pressure of the supply, Pa, while the valves draw the flow of the demands, without their
     leakage."""
     force_error: float | None
-    """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms; None with a
-    guard alone, with self-calibration in a building, or without a stable linear model."""
+    """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms. For a
+    command with power above 20 Hz it is that below 100 Hz. None with a guard alone, with self-calibration in
+    a building, with more than half of the power above 20 Hz, or without a stable linear model."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
     left_out: tuple[str, ...]
     """Keys of the rig with an effect that the predicted errors do not contain, such as a known overlap, which
-    the controller does not compensate for exactly. ``"command above 20 Hz"`` stands for the part of the
-    command there, as of a square wave, if it may raise the predicted error by a tenth. A test on the virtual
-    rig shows both. Without predicted errors, the keys that the linear model does not contain."""
+    the controller does not compensate for exactly. ``"command above 100 Hz"`` (or 20 Hz) stands for the
+    part of the command there, as of a square wave, if it may raise the predicted error by a tenth. A test
+    on the virtual rig shows both. Without predicted errors, the keys that the linear model does not
+    contain."""
 
 
 class InverseDynamics(NamedTuple):

@@ -35,6 +35,8 @@ class Prediction(NamedTuple):
     """Of the force, against the command."""
     displacement: PredictedError
     """Of the displacement, against the ideal one."""
+    oscillation: float
+    """Force error from 30 to 100 Hz, rms over rms, without noise: the oil column."""
     constants: dict[str, float]
     """Keys of constant causes, with the rms of the force in N."""
     null_learned: bool
@@ -45,7 +47,7 @@ class Prediction(NamedTuple):
     """Force error by the play of the attachment, about, rms over rms, and the amplitude in N of the
     oscillation that it sustains where the command is small."""
     left_out: tuple[str, ...]
-    """What is not contained: keys of the rig, and the command above 20 Hz."""
+    """What is not contained: keys of the rig, and the command above 20 or 100 Hz."""
 
 
 def predicted(rig: Rig, command: Command) -> Prediction | None:
@@ -56,6 +58,7 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     return Prediction(
         PredictedError(**found["force"]),
         PredictedError(**found["displacement"]),
+        found["oscillation"],
         dict(found["constants"]),
         found["null_learned"],
         found["overlap"],
@@ -80,6 +83,12 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
             cause = ", mostly by noise and resolution of its sensors" if mostly else ""
             sentence = f"{told} by {error.whole:.1%} (rms) at small motion{cause}, more than {allowed:.0%}."
             yield Finding(grade, sentence)
+    if (grade := above(rig, "oscillation", found.oscillation)) is not None:
+        sentence = (
+            f"The force will miss the command by {found.oscillation:.0%} (rms) between 30 and 100 Hz, where "
+            "the oil column oscillates."
+        )
+        yield Finding(grade, sentence)
     if constant:
         yield Finding(worst(grades), _of_constant(rig, found))
     if above(rig, "force_error", found.overlap) is not None:

@@ -391,3 +391,25 @@ def test_a_building_that_learns_has_no_predicted_errors_and_says_so():
     found = eft.check_feasibility(rig, eft.Command(np.outer([1000.0, 500.0], record.values), 4096.0))
     assert found.force_error is None and "actuator.friction" in found.left_out
     assert any("not predicted" in reason for reason in found.reasons)
+
+
+@pytest.mark.parametrize("loop", ["paper", "robust", "feedforward"])
+@pytest.mark.parametrize("highest", [10.0, 25.0, 45.0])
+def test_the_part_of_a_command_above_20_hz_is_predicted_as_well(loop, highest):
+    changes = {
+        "paper": {},
+        "robust": {"controller.force_loop": "robust"},
+        "feedforward": LEARNS,
+    }
+    slow = eft.Command.noise(500.0, (0.5, 4.0), 16.0, 4096.0)
+    fast = eft.Command.noise(400.0, (4.0, highest), 16.0, 4096.0, seed=2)
+    window = np.minimum(1.0, np.minimum(slow.time, 16.0 - slow.time))
+    command = eft.Command(window * (slow.values + fast.values), 4096.0)
+    rig = RIG.replace(changes[loop])
+    found, run = eft.check_feasibility(rig, command), eft.simulate(rig, command)
+    metrics = run.metrics()
+    assert found.force_error == pytest.approx(metrics.nrmse, rel=0.2, abs=0.01)
+    assert found.left_out == ()
+    named = any("between 30 and 100 Hz" in reason for reason in found.reasons)
+    assert named == (metrics.oscillation > 0.05)
+    assert (found.verdict == "go") == (run.verdict.grade == "go")

@@ -191,7 +191,7 @@ pub(crate) fn learned(rig: GivenRig, #[pyo3(from_py_with = real_number)] sample_
 /// dict or None
 ///     ``force`` and ``displacement``: the ``whole`` error, and its parts by ``noise`` and by ``constant`` causes, rms
 ///     over rms. ``constants``: keys with the rms of the force in N that each causes. ``left_out``: what is not contained,
-///     keys of the rig and the command above 20 Hz.
+///     keys of the rig and the command above 20 or 100 Hz.
 #[pyfunction]
 pub(crate) fn predicted_errors<'py>(
     py: Python<'py>,
@@ -211,6 +211,7 @@ pub(crate) fn predicted_errors<'py>(
     answer.set_item("constants", found.constants)?;
     answer.set_item("overlap", found.overlap)?;
     answer.set_item("null_learned", found.null_learned)?;
+    answer.set_item("oscillation", found.oscillation)?;
     answer.set_item("play", (found.play.error, found.play.oscillation))?;
     answer.set_item("left_out", found.left_out)?;
     Ok(Some(answer))

@@ -9,8 +9,9 @@ use crate::ground_motion::excitation::Command;
 use crate::interruption;
 use crate::state_space::Responses;
 
-/// Highest frequency (Hz) of a prediction.
+/// Highest frequency (Hz) of a prediction, and that of one for a command with more than this share of its power beyond.
 const HIGHEST: f64 = 20.0;
+const FAST: (f64, f64) = (100.0, 1e-4);
 /// Silence (s) after a test.
 const SILENCE: f64 = 0.5;
 /// Factor by which the signals fade over a test.
@@ -31,13 +32,23 @@ pub(super) struct Faded {
 }
 
 impl Faded {
-    /// For a test up to 20 Hz; `None` without a command.
-    pub(super) fn of(commands: &[Command]) -> Option<Self> {
-        let first = commands.first()?;
-        let samples = commands.iter().map(|command| command.values.len()).min()?;
-        let silent = commands.iter().all(|command| command.values.iter().all(|value| *value == 0.0));
+    /// For a test up to 20 or 100 Hz; `None` without a command, or with less than half of the power within 20 Hz.
+    pub(super) fn of(commands: &[Command]) -> Result<Option<Self>> {
+        let (Some(first), Some(samples)) =
+            (commands.first(), commands.iter().map(|command| command.values.len()).min())
+        else {
+            return Ok(None);
+        };
         let length = samples + (SILENCE * first.sample_rate) as usize;
-        (!silent).then_some(Self { samples, length, sample_rate: first.sample_rate, last: 0 }.up_to(HIGHEST))
+        let faded = Self { samples, length, sample_rate: first.sample_rate, last: 0 }.up_to(HIGHEST);
+        let slow = faded.share(commands)?;
+        let known = slow >= 0.5;
+        Ok(known.then(|| if 1.0 - slow > FAST.1 { faded.up_to(FAST.0) } else { faded }))
+    }
+
+    /// Highest frequency (Hz).
+    pub(super) fn highest(&self) -> f64 {
+        self.frequency(self.last)
     }
 
     /// Up to another frequency (Hz).
@@ -87,11 +98,14 @@ impl Faded {
         Ok((sum / self.samples as f64).sqrt())
     }
 
-    /// Share of the commands' power within the band.
-    pub(super) fn share(&self, signals: &[Signals], commands: &[Command]) -> Result<f64> {
+    /// Share of the commands' power within the band; NaN without a command.
+    pub(super) fn share(&self, commands: &[Command]) -> Result<f64> {
         let power = |command: &Command| command.values.iter().map(|value| value * value).sum::<f64>();
         let whole: f64 = commands.iter().map(power).sum::<f64>() / self.samples as f64;
-        let within = signals.iter().map(|own| Ok(self.rms(own.command.clone(), 0.0)?.powi(2)));
+        let within = commands.iter().map(|command| {
+            let spectrum = self.spectrum(self.ended(&command.values))?;
+            Ok(self.rms(spectrum, 0.0)?.powi(2))
+        });
         Ok(within.sum::<Result<f64>>()? / whole)
     }
 
@@ -179,7 +193,7 @@ mod tests {
     #[test]
     fn a_signal_has_its_root_mean_square_and_returns() {
         let impulse = Command::new((0..1000).map(|i| f64::from(i == 999)).collect(), 1000.0).unwrap();
-        let faded = Faded::of(std::slice::from_ref(&impulse)).unwrap().up_to(1e3);
+        let faded = Faded { samples: 1000, length: 1500, sample_rate: 1000.0, last: 0 }.up_to(1e3);
         let spectrum = faded.spectrum(impulse.values.iter().copied()).unwrap();
         let again: Vec<f64> = faded.signal(spectrum.clone()).unwrap().collect();
         // The highest frequency of all is left out.
