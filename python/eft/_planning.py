@@ -15,6 +15,7 @@ from eft._native import Command, Rig
 from eft._prediction import of_droop, of_prediction, predicted
 from eft._read_only import read_only
 from eft._results import Result
+from eft._status import Status, cause_of
 
 __all__ = [
     "DelayBudget",
@@ -298,8 +299,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     each floor while the others are at rest. The pressure to which the supply falls under the flow of the
     demands is judged as after the test, by ``verdict.caution.supply_pressure`` and
     ``verdict.no.supply_pressure``. A droop without ``compensation.supply_correction`` is a caution if the
-    displacement's error at this pressure exceeds its limit. A known overlap is one if its ratio to the rms
-    opening exceeds ``verdict.caution.force_error``, and a play of the attachment if its error exceeds that or
+    displacement's error at this pressure exceeds its limit. So are biased sensors
+    that trip the protection within a second at rest. A known overlap is one if its ratio to the rms opening
+    exceeds ``verdict.caution.force_error``, and a play of the attachment if its error exceeds that or
     ``verdict.caution.oscillation``.
 
     Parameters
@@ -331,6 +333,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate)]
     findings += of_supply(rig, found["lowest_supply_pressure"], found["demands"])
     findings += of_protection(rig, rate)
+    findings += _at_rest(rig, command)
     errors = predicted(rig, command)
     left_out = _left_out(rig, rate) if errors is None else errors.left_out
     if errors is not None:
@@ -367,6 +370,26 @@ def _left_out(rig: Rig, rate: float) -> tuple[str, ...]:
         return tuple(_native.linearize(rig, sampled=True, sample_rate=rate).left_out)
     except ValueError:
         return ()
+
+
+def _at_rest(rig: Rig, command: Command) -> Iterator[Finding]:
+    """A finding if biased sensors trip the protection before anything moves."""
+    plant, sensors = rig.plant, ("force", "velocity", "displacement", "spool", "acceleration")
+    biased = [name for name in sensors if plant[f"sensors.{name}.bias"]]
+    if not (rig["protection.enabled"] and biased):
+        return
+    rate = command.sample_rate
+    still = Command(np.zeros((*command.values.shape[:-1], max(round(rate), 2))), rate)
+    status = np.atleast_2d(_native.simulate(rig, still, "f64")["status"])
+    tripped = np.argwhere((status & (Status.TRIPPED | Status.SHUT_DOWN)).T)
+    if tripped.size:
+        sample, actuator = tripped[0]
+        cause = cause_of(int(status[actuator, sample])).name.lower().replace("_", " ")
+        yield Finding(
+            "caution",
+            f"The protection trips at rest after {sample / rate:.2g} s ({cause}) with the bias of the "
+            f"{' and the '.join(biased)} sensor. Set it to zero before the test.",
+        )
 
 
 _SCHEMES = ("off", "linear", "nonlinear")

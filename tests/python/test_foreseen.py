@@ -60,3 +60,20 @@ def test_a_play_of_the_attachment_is_a_caution_where_it_makes_a_large_error(rig,
         assert share / 2.5 < error < 1.7 * share
         at_piston = rig["sensors.motion_at"] == "piston"
         assert ("an oscillation of about" in named[0]) == at_piston
+
+
+@pytest.mark.parametrize(
+    ("key", "bias", "trips"), [("velocity", 5e-4, False), ("velocity", 0.01, True), ("force", 10.0, False)]
+)
+def test_a_bias_that_trips_the_protection_at_rest_is_foreseen(key, bias, trips):
+    rig = RIG.replace({"protection.enabled": True, f"truth.sensors.{key}.bias": bias})
+    found, run = eft.check_feasibility(rig, SWEEP), eft.simulate(rig, SWEEP)
+    said = [one for one in found.reasons if one.startswith("The protection trips at rest after ")]
+    assert bool(said) == trips == bool(run.flags & eft.Status.TRIPPED)
+    if trips:
+        assert said[0].endswith(
+            "s (velocity implausible) with the bias of the velocity sensor. Set it to zero before the test."
+        )
+        assert found.verdict != "go" and run.cause == eft.Cause.VELOCITY_IMPLAUSIBLE
+    unwatched = rig.replace({"protection.plausibility": False})
+    assert not any("trips at rest" in one for one in eft.check_feasibility(unwatched, SWEEP).reasons)
