@@ -329,7 +329,7 @@ def _larger_valve(facts: Facts) -> str:
     if opening <= 1.0:
         return f"The command needs an opening of {opening:.0%}, and the controller demands the rest"
     # Beyond full opening the demand is proportional to the flow.
-    flow = f"{opening:.3g} times its flow" if opening > 1.0 else "more flow"
+    flow = f"{max(opening, 1.01):.3g} times its flow" if opening > 1.0 else "more flow"
     return f"The valve is too small for this command. A valve with {flow} helps, or a smaller command"
 
 

@@ -35,6 +35,45 @@ def test_delay_is_the_one_put_in(capsys):
     assert answer["delay"] == pytest.approx(0.012, abs=2e-4)
 
 
+def test_empty_cells_are_gaps_as_in_eft_identify(folder, capsys):
+    def lose(name, column):
+        lines = (folder / name).read_text().splitlines()
+        for row in range(500, len(lines), 97):
+            cells = lines[row].split(",")
+            cells[column] = ""
+            lines[row] = ",".join(cells)
+        (folder / name).write_text("\n".join(lines))
+
+    command, spool = eft.identification.valve_test(RIG, sample_rate=1024.0)
+    write(
+        "valve.csv",
+        **{"time (s)": np.arange(spool.size) / 1024.0, "valve command (V)": command, "spool": spool},
+    )
+    _, displacement, spool = eft.identification.flow_test(RIG, amplitude=0.6 * RIG["actuator.stroke"])
+    write(
+        "flow.csv",
+        **{"time (s)": np.arange(spool.size) / 2048.0, "spool": spool, "displacement (m)": displacement},
+    )
+    free = eft.identification.free_vibration(RIG, 0.02)
+    write("free.csv", **{"time (s)": np.arange(free.size) / 512.0, "displacement (m)": free})
+    (folder / "rig.toml").write_text(RIG.to_toml())
+    calls = {
+        "valve.csv": ["delay", "--reference", "valve_command", "--response", "spool"],
+        "flow.csv": ["curve", "--rig", "rig.toml"],
+        "free.csv": ["damping"],
+    }
+    for name, (what, *options) in calls.items():
+        answers = []
+        for lost in (False, True):
+            if lost:
+                lose(name, -1)
+            assert main(["identify", what, name, *options, "--json"]) == 0
+            answers.append(json.loads(capsys.readouterr().out))
+        whole, gapped = answers
+        number = next(key for key in ("delay", "flows", "damping_ratio") if key in whole)
+        assert np.allclose(gapped[number], whole[number], rtol=0.02, atol=1e-5), what
+
+
 def test_flow_curve_in_inches_is_that_of_the_rig(folder, capsys):
     names = []
     for share in (0.9, 0.8, 0.6, 0.4, 0.2):

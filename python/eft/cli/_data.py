@@ -51,8 +51,9 @@ def read_data(
     units: tuple[str, ...],
     sample_rate: float | None,
     rig: Path | Rig | None = None,
+    gaps: bool = False,
 ) -> Traces:
-    """Read a file of measurements with these options."""
+    """Read a file of measurements with these options; `gaps` is that of `read_traces`."""
     if sample_rate is not None and not (math.isfinite(sample_rate) and sample_rate > 0.0):
         raise click.UsageError(f"--sample-rate {sample_rate:g}: must be a finite number above zero, in Hz")
     return read_traces(
@@ -60,6 +61,7 @@ def read_data(
         columns=_pairs("--column", columns),
         units=_pairs("--unit", units),
         sample_rate=sample_rate,
+        gaps=gaps,
         rig=read_rig(rig, {}) if isinstance(rig, Path) else rig,
     )
 

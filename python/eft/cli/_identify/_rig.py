@@ -126,7 +126,7 @@ def load_cell(
 @as_json
 def damping(file: Path, start: float | None, as_json: bool, **data: Any) -> None:
     """Find damping ratio and natural frequency, from the displacement of a free vibration."""
-    traces = read_data(file, **data)
+    traces = read_data(file, gaps=True, **data)
     part = slice(None) if start is None else traces.time >= start
     found = eft.identification.identify_damping(traces["displacement"][part], traces.sample_rate)
     answer = {

@@ -26,7 +26,7 @@ def _area(piston_area: float | None, rig: Path | None) -> float:
 
 
 def _of_one_rate(files: tuple[Path, ...], **data: Any) -> list[Traces]:
-    runs = [read_data(file, **data) for file in files]
+    runs = [read_data(file, gaps=True, **data) for file in files]
     rates = {round(run.sample_rate, 6) for run in runs}
     if len(rates) > 1:
         shown = ", ".join(f"{rate:g} Hz" for rate in sorted(rates))
@@ -60,7 +60,7 @@ def delay(
     file: Path, reference: str, response: str, band: tuple[float, float], as_json: bool, **data: Any
 ) -> None:
     """Find the delay of one signal of FILE after another, from the slope of the phase."""
-    traces = read_data(file, **data)
+    traces = read_data(file, gaps=True, **data)
     found = eft.identify_delay(traces[reference], traces[response], traces.sample_rate, band)
     give(
         {"delay": float(found), "uncertainty": found.uncertainty, "unit": "s"},
