@@ -2,7 +2,6 @@
 
 use crate::learning::ModelFlow;
 use crate::number::Real;
-use crate::protection::plausibility::null::MissingOpening;
 use crate::protection::plausibility::sums::{envelope, follow, rest};
 use crate::protection::plausibility::{BEFORE, Known, MEMORY, Plausibility, PlausibilityState, SETTLED};
 use crate::signals::Input;
@@ -127,36 +126,42 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             follow(&mut state.worse, self.slow, worse);
         }
 
-        let mut agrees = true;
         let [_, opening, asked_low, spool_low, asked_slow, spool_slow] = &mut state.valve;
         if known.valve_command.is_finite() {
             follow(asked_low, self.slow, *opening);
             follow(spool_low, self.slow, input.spool);
             let seen = envelope(of_valve, self.decay, larger(asked_low.abs(), spool_low.abs()));
-            let (apart, tolerance) = (*spool_low - *asked_low, T::splat(VALVE) * seen + valve_drift);
-            stroke.add(self.period * apart, self.period * tolerance, valve_limit);
-            agrees = apart.abs() <= tolerance;
+            let tolerance = T::splat(VALVE) * seen + valve_drift;
+            stroke.add(self.period * (*spool_low - *asked_low), self.period * tolerance, valve_limit);
             // A null bias is no part of the swings about their means.
             let asked = *asked_low - follow(asked_slow, self.slow, *asked_low);
             let moved = *spool_low - follow(spool_slow, self.slow, *spool_low);
             against.add(self.period * opposed(asked, moved), self.period * against_drift, against_limit);
             against.below = T::splat(0.0);
         }
-        // A spool that is not where its command leads says nothing about the valve.
-        let slope = if agrees { known.flow_gain * (model.root * model.slope) } else { T::splat(0.0) };
-        self.average(&mut state.age, &mut state.missing, [residual, slope], opened);
+        self.average(state, [residual, known.flow_gain * (model.root * model.slope)], input.spool, known);
     }
 
-    /// Adds the opening by a residual of the flow (m³/s), at this slope of the flow curve (m³/s) and this opening (1), to the
-    /// missing opening.
+    /// Adds the opening by a residual of the flow (m³/s), at this slope of the flow curve (m³/s) and spool opening (1), to the
+    /// missing opening. A spool that is not where its command leads says nothing about the valve.
     #[inline(always)]
-    fn average(&self, age: &mut T, missing: &mut MissingOpening<T>, [residual, slope]: [T; 2], opened: T) {
-        if *age < T::splat(MEMORY) {
-            *age = *age + self.period;
+    fn average(
+        &self,
+        state: &mut PlausibilityState<T>,
+        [residual, slope]: [T; 2],
+        spool: T,
+        known: &Known<T>,
+    ) {
+        if state.age < T::splat(MEMORY) {
+            state.age = state.age + self.period;
         }
-        // Beyond the table, for example, the flow has no slope.
-        if slope > T::splat(0.0) {
-            missing.add(residual / slope, opened.abs(), self.period / (T::splat(BEFORE) + *age));
+        let ([_, led, ..], [_, _, _, drift, ..]) = (state.valve, self.drift);
+        let larger = if spool.abs() > led.abs() { spool.abs() } else { led.abs() };
+        let follows = (spool - led).abs() <= T::splat(VALVE) * larger + drift;
+        // Beyond the table the flow has no slope.
+        if slope > T::splat(0.0) && (follows | !known.valve_command.is_finite()) {
+            let share = self.period / (T::splat(BEFORE) + state.age);
+            state.missing.add(residual / slope, (spool - self.null_bias).abs(), share);
         }
     }
 
@@ -174,7 +179,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let slope = known.flow_gain * model.root;
         let residual = self.area * state.velocity - slope * model.at_no_load;
         if force & !others.contains(&true) & input.spool.is_finite() {
-            self.average(&mut state.age, &mut state.missing, [residual, slope * model.slope], opened);
+            self.average(state, [residual, slope * model.slope], input.spool, known);
         }
     }
 }

@@ -31,17 +31,16 @@ fn the_residual_over_the_slope_is_the_missing_opening() {
 
 #[test]
 fn a_spool_away_from_its_command_shows_no_missing_opening() {
-    for (low_spool, valve_command, learns) in
-        [(0.18, 1.0, true), (-0.18, 1.0, false), (-0.18, f64::NAN, true)]
-    {
-        let mut state = before();
-        state.valve[3] = low_spool;
-        let found = {
-            let (watch, known) = (round(), Known { valve_command, ..known() });
-            watch.sum_up(&mut state, &input(), 0.3, &watch.valve_flow(&input(), &known), &known);
-            state.missing
-        };
-        assert_eq!(found != before().missing, learns, "{low_spool} {valve_command}");
+    for (led, valve_command, learns) in [(0.17, 1.0, true), (-0.2, 1.0, false), (-0.2, f64::NAN, true)] {
+        let mut with_force = before();
+        with_force.valve[1] = led;
+        let mut without = PlausibilityState { distrusted: [true, false, false, false], ..with_force };
+        let (watch, known) = (round(), Known { valve_command, ..known() });
+        watch.sum_up(&mut with_force, &input(), 0.3, &watch.valve_flow(&input(), &known), &known);
+        watch.learn_null_without_force(&mut without, &input(), &known);
+        for state in [with_force, without] {
+            assert_eq!(state.missing != before().missing, learns, "{led} {valve_command}");
+        }
     }
 }
 
