@@ -289,7 +289,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         corrects: bool,
     ) -> T {
         let opening = spool - self.null_bias;
-        let excess = added + state.missing.at(if corrects { T::splat(0.0) } else { opening.abs() });
+        let excess = added + if corrects { state.missing.null_bias() } else { state.missing.at(opening) };
         let slope = self.model.flow(opening, opening, T::splat(0.0), T::splat(1.0)).slope;
         slope * excess / self.area
     }
@@ -321,7 +321,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         // The force before the first sample is unknown.
         let before = if state.has_force { state.last_force } else { force };
         let oil = self.oil * self.rate * (force - before);
-        let missing = state.missing.at((spool - self.null_bias).abs());
+        let missing = state.missing.at(spool - self.null_bias);
         let passed = known.flow_gain * (flow.root * (flow.at_no_load + flow.slope * missing));
         let [valve, pressure] = &mut state.by_flow;
         follow(valve, self.moved, (passed - self.leakage * force) / self.area);

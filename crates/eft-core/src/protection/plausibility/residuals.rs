@@ -161,7 +161,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         // Beyond the table the flow has no slope.
         if slope > T::splat(0.0) && (follows | !known.valve_command.is_finite()) {
             let share = self.period / (T::splat(BEFORE) + state.age);
-            state.missing.add(residual / slope, (spool - self.null_bias).abs(), share);
+            state.missing.add(residual / slope, spool - self.null_bias, share);
         }
     }
 
