@@ -65,7 +65,7 @@ impl<T: Real> MissingOpening<T> {
     /// Size (1) of an opening beside the null.
     #[inline(always)]
     fn size_of(&self, opened: T) -> T {
-        (opened + self.missing).abs()
+        (opened + self.null_bias()).abs()
     }
 }
 
@@ -73,36 +73,36 @@ impl<T: Real> MissingOpening<T> {
 mod tests {
     use super::*;
 
-    /// The missing opening after swings of an opening whose missing part is a function of it.
-    fn after(amplitude: f64, missing_at: impl Fn(f64) -> f64) -> MissingOpening<f64> {
+    /// The missing opening after swings about a null whose missing part is a function of the opening beside it.
+    fn after(null: f64, amplitude: f64, missing_at: impl Fn(f64) -> f64) -> MissingOpening<f64> {
         let mut missing = MissingOpening::default();
         for n in 0..40_000 {
             let opening = amplitude * libm::sin(f64::from(n) * 0.0031);
-            missing.add(missing_at(opening), opening, 1.0 / (1.0 + f64::from(n.min(16_000))));
+            missing.add(missing_at(opening), null + opening, 1.0 / (1.0 + f64::from(n.min(16_000))));
         }
         missing
     }
 
     #[test]
     fn a_null_bias_and_an_asymmetry_are_told_apart_and_an_error_of_both_directions_is_neither() {
-        for amplitude in [0.05, 0.2, 0.5] {
+        for amplitude in [0.02, 0.2, 0.5] {
             for (bias, uneven, gain) in
                 [(0.01, 0.0, 0.0), (0.004, 0.03, 0.0), (0.0, -0.03, 0.05), (-0.02, 0.0, 0.05)]
             {
                 let missing =
-                    after(amplitude, |opening| bias + uneven * (opening + bias).abs() + gain * opening);
+                    after(-bias, amplitude, |opening| bias + uneven * opening.abs() + gain * opening);
                 let (found, asymmetry) = (missing.null_bias(), missing.asymmetry());
                 assert!((found - bias).abs() < 3e-4, "{amplitude} {bias} {uneven} {gain}: {found}");
                 assert!((asymmetry - uneven).abs() < 6e-3, "{amplitude} {bias} {uneven} {gain}: {asymmetry}");
-                let at = missing.at(0.5 * amplitude);
-                assert!((at - bias - uneven * (0.5 * amplitude + bias).abs()).abs() < 5e-4, "{at}");
+                let at = missing.at(0.5 * amplitude - bias);
+                assert!((at - bias - 0.5 * uneven * amplitude).abs() < 5e-4, "{at}");
             }
         }
     }
 
     #[test]
     fn a_resting_spool_shows_a_null_bias_only() {
-        let missing = after(0.0, |_| 0.004);
+        let missing = after(-0.004, 0.0, |_| 0.004);
         assert_eq!(missing.asymmetry(), 0.0);
         assert!((missing.null_bias() - 0.004).abs() < 1e-12 && missing.at(0.5) == missing.null_bias());
     }
@@ -110,11 +110,11 @@ mod tests {
     #[test]
     fn both_are_bounded() {
         for sign in [-1.0, 1.0] {
-            let missing = after(0.8, |opening| sign * (0.05 - 0.2 * opening.abs()));
+            let missing = after(0.0, 0.8, |opening| sign * (0.05 - 0.2 * opening.abs()));
             assert!((missing.asymmetry().abs() - 0.1).abs() < 0.05, "{}", missing.asymmetry());
-            let missing = after(0.0, |_| sign * f64::INFINITY);
+            let missing = after(0.0, 0.0, |_| sign * f64::INFINITY);
             assert!((missing.null_bias() - sign * 0.05).abs() < 1e-12);
-            let missing = after(0.1, |opening| sign * opening.abs());
+            let missing = after(0.0, 0.1, |opening| sign * opening.abs());
             assert_eq!(missing.asymmetry(), sign * 0.1);
         }
     }
