@@ -112,8 +112,9 @@ class Feasibility(Result):
     leakage."""
     force_error: float | None
     """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms. For a
-    command with power above 20 Hz it is that below 100 Hz. None with a guard alone, with self-calibration in
-    a building, with more than half of the power above 20 Hz, or without a stable linear model."""
+    command with power above 20 Hz it is that below 100 Hz, and with a guard that of a loop in which it does
+    not act. None with self-calibration in a building, with more than half of the power above 20 Hz, or
+    without a stable linear model."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
     left_out: tuple[str, ...]

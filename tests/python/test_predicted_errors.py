@@ -48,12 +48,20 @@ def test_a_predicted_error_beyond_its_limit_is_a_reason_with_its_cause():
     better = eft.check_feasibility(told, command)
     assert better.displacement_error < 0.2 * found.displacement_error
     assert "compensates for" not in " ".join(better.reasons)
-    # What a guard reaches only a test shows, and an unstable loop has no error.
-    for changes in ({"compensation.guard": True}, {"compensation.level": 1.1}):
-        answer = eft.check_feasibility(RIG.replace(changes), command)
-        assert answer.force_error is None and answer.displacement_error is None
+    # An unstable loop has no error.
+    answer = eft.check_feasibility(RIG.replace({"compensation.level": 1.1}), command)
+    assert answer.force_error is None and answer.displacement_error is None
     silent = eft.Command(np.zeros(4096), 4096.0)
     assert eft.check_feasibility(RIG, silent).force_error is None
+
+
+@pytest.mark.parametrize("delay", [0.005, 0.004, 0.003])
+def test_with_a_guard_the_predicted_errors_are_those_of_a_loop_in_which_it_does_not_act(delay):
+    rig = RIG.replace({"compensation.guard": True, "compensation.response_delay": delay})
+    command = eft.sine_sweep(2000.0, 0.0, 10.0, 16.0, 4096.0)
+    found, run = eft.check_feasibility(rig, command), eft.simulate(rig, command)
+    assert found.force_error == pytest.approx(run.metrics().nrmse, rel=0.1)
+    assert found.verdict == run.verdict.grade and found.left_out == ("compensation.guard",)
 
 
 @pytest.mark.parametrize("source", ["sensor", "derivative", "observer"])

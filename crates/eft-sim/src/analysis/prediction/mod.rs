@@ -58,16 +58,16 @@ pub struct PredictedError {
 /// The errors of a test with force commands, one per actuator, in the long run: below 20 Hz, or below 100 Hz
 /// for a command with power above 20 Hz.
 ///
-/// With self-calibration they are those after it. `None` without a stable linear model, with more than half of
-/// the command's power above 20 Hz, with a guard alone, which changes the loop, or with self-calibration of several actuators,
-/// whose channels find different delays.
+/// With self-calibration they are those after it, and with a guard those of a loop in which it does not act. `None` without a
+/// stable linear model, with more than half of the command's power above 20 Hz, or with self-calibration of several
+/// actuators, whose channels find different delays.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
 pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Prediction>> {
     let learns = rig.compensation.adaptive;
     let Some(first) = commands.first() else { return Ok(None) };
-    if if learns { commands.len() > 1 } else { rig.compensation.guard } {
+    if learns && commands.len() > 1 {
         return Ok(None);
     }
     let rate = first.sample_rate;
