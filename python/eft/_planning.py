@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eft import _native
+from eft._display import shown
 from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, of_protection, of_supply, worst
 from eft._native import Command, Rig
 from eft._prediction import of_droop, of_prediction, predicted
@@ -301,7 +302,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     demands is judged as after the test, by ``verdict.caution.supply_pressure`` and
     ``verdict.no.supply_pressure``. A droop without ``compensation.supply_correction`` is a caution if the
     displacement's error at this pressure exceeds its limit. So are biased sensors
-    that trip the protection within a second at rest. A known overlap is one if its ratio to the rms opening
+    that trip the protection within a second at rest, and a command that begins with a jump whose flow the
+    feedforward demands beyond what the valve passes. A known overlap is one if its ratio to the rms opening
     exceeds ``verdict.caution.force_error``, and a play of the attachment if its error exceeds that or
     ``verdict.caution.oscillation``.
 
@@ -335,6 +337,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     findings += of_supply(rig, found["lowest_supply_pressure"], found["demands"])
     findings += of_protection(rig, rate)
     findings += _at_rest(rig, command)
+    findings += _start(rig, command, found["demands"])
     errors = predicted(rig, command)
     left_out = _left_out(rig, rate) if errors is None else errors.left_out
     if errors is not None:
@@ -390,6 +393,23 @@ def _at_rest(rig: Rig, command: Command) -> Iterator[Finding]:
             "caution",
             f"The protection trips at rest after {sample / rate:.2g} s ({cause}) with the bias of the "
             f"{' and the '.join(biased)} sensor. Set it to zero before the test.",
+        )
+
+
+def _start(rig: Rig, command: Command, demands: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
+    """A caution about a jump at the start, whose flow the feedforward demands within one sample."""
+    soft = rig["protection.enabled"] and rig["protection.start_time"] > 0.0
+    if soft or not rig["compensation.feedforward"]:
+        return
+    first = float(np.abs(command.values[..., 0]).max())
+    flow = rig["actuator.compressibility"] * first * command.sample_rate / rig["actuator.piston_area"]
+    [passed] = [one["available"] for one in demands if one["name"] == "flow"]
+    if flow > passed:
+        yield Finding(
+            "caution",
+            f"The command begins with a jump to {shown('force')(first)}. The feedforward demands its flow "
+            f"within one sample, {flow / passed:.2g} times what the valve passes. Begin the command at zero, "
+            "or set protection.start_time.",
         )
 
 

@@ -1,5 +1,6 @@
 """Effects that no linear model has, foreseen before a test: a known overlap, and play of the attachment."""
 
+import numpy as np
 import pytest
 
 import eft
@@ -77,3 +78,24 @@ def test_a_bias_that_trips_the_protection_at_rest_is_foreseen(key, bias, trips):
         assert found.verdict != "go" and run.cause == eft.Cause.VELOCITY_IMPLAUSIBLE
     unwatched = rig.replace({"protection.plausibility": False})
     assert not any("trips at rest" in one for one in eft.check_feasibility(unwatched, SWEEP).reasons)
+
+
+def test_a_jump_at_the_start_is_a_caution_where_the_feedforward_saturates_the_valve():
+    time = np.arange(8 * 4096) / 4096.0
+    hard = 6000.0 * np.cos(2.0 * np.pi * time)
+    soft = np.minimum(1.0, time) * hard
+    oil = {"actuator.compressibility": 3e-12}
+    for rig, values, jumps in (
+        (RIG.replace(oil), hard, True),
+        (RIG.replace(oil), soft, False),
+        (RIG, hard, False),
+        (PAPER.replace(oil), hard, False),
+    ):
+        command = eft.Command(values, 4096.0)
+        found, run = eft.check_feasibility(rig, command), eft.simulate(rig, command)
+        named = [one for one in found.reasons if one.startswith("The command begins with a jump to 6 kN.")]
+        assert bool(named) == jumps
+        assert bool(run.status[0] & eft.Status.DEMAND_SATURATED) == jumps
+    started = RIG.replace(oil | {"protection.enabled": True, "protection.start_time": 1.0})
+    reasons = eft.check_feasibility(started, eft.Command(hard, 4096.0)).reasons
+    assert not any("begins with a jump" in one for one in reasons)
