@@ -1,19 +1,20 @@
 //! Effects of a rig that no linear model has, where they raise the force's error by about a tenth.
 
-use std::f64::consts::{FRAC_2_PI, SQRT_2, TAU};
+use std::f64::consts::{FRAC_2_PI, SQRT_2};
 
-use crate::analysis::linear::{FlowGain, Time, linearize};
+use crate::analysis::linear::{FlowGain, Time, delay_budget, linearize};
 use crate::analysis::prediction::nonlinear::NOTICED;
-use crate::config::{ForceLoop, RigConfig};
+use crate::config::RigConfig;
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 
-/// Rates (Hz) at which the paper's loop and the designed one load the oil again after the play, from the force error of
-/// sweeps on the paper's rig with 3 to 100 µm.
-const RELOADED: [f64; 2] = [30.0, 50.0];
+/// Largest rate of a force loop over that of its valve, 1 over its delay.
+const FASTEST: f64 = 1.2;
 /// Amplitude of a sustained oscillation over the force of the command that ends it, and the time (s) without such a force
 /// after which it is back.
 const ENDED: (f64, f64) = (2.8, 0.2);
+/// Band (Hz) of the valve's delay.
+const VALVE: (f64, f64) = (0.25, 10.0);
 /// Least growth (1/s) of an oscillation that counts.
 const GROWS: f64 = 1.0;
 
@@ -70,13 +71,13 @@ pub(super) fn play(rig: &RigConfig, judged: &RigConfig, commands: &[Command]) ->
     }
     let oil = actuator.piston_area * actuator.piston_area / actuator.compressibility;
     let force = oil * actuator.attachment_play;
-    let reloaded = TAU * RELOADED[usize::from(rig.controller.force_loop == ForceLoop::Robust)];
-    let oscillation = force * sustained(judged, commands[0].sample_rate)?;
+    let rate = commands[0].sample_rate;
+    let (loaded, oscillation) = (loading(judged, rate)?, force * sustained(judged, rate)?);
     let error = |command: &Command| {
         let (values, size) = (&command.values, rms(command));
         let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let angular = root_mean_square(&steps) * command.sample_rate / size;
-        let crossed = 0.6 * (force / size * angular / reloaded).powf(0.75);
+        let crossed = 0.6 * (force / size * angular / loaded).powf(0.75);
         let parts = values.chunks(((ENDED.1 * command.sample_rate) as usize).max(1));
         let (count, ending) = (parts.len() as f64, oscillation / ENDED.0);
         let lasting =
@@ -85,6 +86,18 @@ pub(super) fn play(rig: &RigConfig, judged: &RigConfig, commands: &[Command]) ->
     };
     let moving = commands.iter().filter(|command| rms(command) > 0.0);
     Ok(Play { error: moving.map(error).fold(0.0, f64::max), oscillation })
+}
+
+/// Rate (rad/s) at which a force loop loads the oil of a piston at rest.
+fn loading(rig: &RigConfig, sample_rate: f64) -> Result<f64> {
+    let rig = rig.with_fixed_gains(sample_rate)?;
+    let (control, plant) = (&rig.controller, rig.plant());
+    let (valve, actuator) = (&plant.servovalve, &plant.actuator);
+    let flow = plant.at_rest(valve.true_curve())?.steeper * valve.flow_gain_scale;
+    let opening = control.proportional_gain * control.force_sensitivity
+        / (valve.spool_sensitivity * valve.spool_stroke);
+    let valve = delay_budget(&rig, sample_rate, VALVE)?.valve;
+    Ok((opening * flow * actuator.piston_area / actuator.compressibility).min(FASTEST / valve))
 }
 
 /// Amplitude of the oscillation that a play sustains, over the force that the oil's stiffness gives to the play, by harmonic
