@@ -202,7 +202,7 @@ def test_the_kept_rigs_of_all_sizes_are_what_the_code_gives(script, tmp_path):
 
 
 def faults(script):
-    """The tables, and the kept random rigs with a velocity sensor, their faults, and those with an estimate."""
+    """The tables, the kept rigs with a velocity sensor, their faults, and those with an estimate."""
     study, tables = script("safety_random_rigs"), script("safety_tables")
     rows = tables.read(study.FAULTS)
     sensed = [row for row in rows if row["source"] == study.SENSOR]
