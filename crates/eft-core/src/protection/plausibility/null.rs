@@ -101,6 +101,14 @@ mod tests {
     }
 
     #[test]
+    fn a_spool_that_hardly_moves_shows_half_of_an_asymmetry() {
+        // The variance of |sin| is 1/2 − 4/π².
+        let amplitude = libm::sqrt(MOVES / (0.5 - 4.0 / (core::f64::consts::PI * core::f64::consts::PI)));
+        let missing = after(0.0, amplitude, |opening| 0.04 * opening.abs());
+        assert!((missing.asymmetry() - 0.02).abs() < 5e-4, "{}", missing.asymmetry());
+    }
+
+    #[test]
     fn a_resting_spool_shows_a_null_bias_only() {
         let missing = after(-0.004, 0.0, |_| 0.004);
         for found in [missing.null_bias(), missing.at(0.5)] {
