@@ -12,7 +12,7 @@ const MOVES: f64 = 1.0e-6;
 
 /// Means over some seconds. The missing opening is a null bias, and an asymmetry times the size of the opening. Without the
 /// second part a valve that passes more flow in one direction would seem to have a null bias while it swings. An equal
-/// error of both directions is in neither, because it has the sign of the opening.
+/// small error of both directions is in neither, because it has the sign of the opening.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
