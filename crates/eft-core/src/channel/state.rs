@@ -157,7 +157,7 @@ impl<T: Real> ChannelState<T> {
 pub(super) struct Sound<T: Real> {
     kept: [Calibration<T>; 2],
     older: Slot,
-    /// Set when the channel has returned to the older one, which is final.
+    /// Set when the channel has returned to the older one. That is final; only its delays may become shorter.
     gone_back: bool,
 }
 integrity!(Sound<T>: kept, older, gone_back);
