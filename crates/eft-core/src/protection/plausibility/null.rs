@@ -23,18 +23,19 @@ pub(crate) struct MissingOpening<T> {
     /// Variance of the size, and covariance of both (1).
     variance: T,
     covariance: T,
+    /// Weight (1) of the samples. The rest is the time before them, without a missing opening.
+    known: T,
 }
-integrity!(MissingOpening<T>: missing, size, variance, covariance);
+integrity!(MissingOpening<T>: missing, size, variance, covariance, known);
 
 impl<T: Real> MissingOpening<T> {
-    /// Adds what is missing at an opening (1), with this share of the mean (1).
+    /// Adds what is missing at an opening (1), with this share (1) of all that is known.
     #[inline(always)]
     pub(super) fn add(&mut self, missing: T, opened: T, share: T) {
         let (size, most) = (self.size_of(opened), T::splat(LARGEST_BIAS));
-        if !(self.size > T::splat(0.0)) {
-            // The first opening is no change of it.
-            self.size = size;
-        }
+        // The means are those of the samples. A beginning at zero would look like an asymmetry.
+        self.known = self.known + share * (T::splat(1.0) - self.known);
+        let share = share / self.known;
         let (missing, size) = (missing.limit(-most, most) - self.missing, size - self.size);
         let keep = T::splat(1.0) - share;
         self.missing = self.missing + share * missing;
@@ -53,13 +54,13 @@ impl<T: Real> MissingOpening<T> {
     /// Missing opening (1) at null.
     #[inline(always)]
     pub(super) fn null_bias(&self) -> T {
-        self.missing - self.asymmetry() * self.size
+        self.known * (self.missing - self.asymmetry() * self.size)
     }
 
     /// Missing opening (1) at an opening (1).
     #[inline(always)]
     pub(super) fn at(&self, opened: T) -> T {
-        self.missing + self.asymmetry() * (self.size_of(opened) - self.size)
+        self.known * (self.missing + self.asymmetry() * (self.size_of(opened) - self.size))
     }
 
     /// Size (1) of an opening beside the null.
@@ -111,6 +112,23 @@ mod tests {
             libm::sqrt(LEAST_VARIANCE / (0.5 - 4.0 / (core::f64::consts::PI * core::f64::consts::PI)));
         let missing = after(0.0, amplitude, |opening| 0.04 * opening.abs());
         assert!((missing.asymmetry() - 0.02).abs() < 5e-4, "{}", missing.asymmetry());
+    }
+
+    #[test]
+    fn a_null_bias_is_known_as_far_as_its_time_is_and_its_beginning_is_no_asymmetry() {
+        let (period, bias) = (1e-3, 0.03);
+        let mut missing = MissingOpening::default();
+        for n in 0..3_000 {
+            let opening = 0.2 * libm::sin(f64::from(n) * 0.01);
+            missing.add(bias, opening - bias, period / (0.1 + period * f64::from(n + 1)));
+            if n % 500 == 0 {
+                // The rest of the mean is a tenth of a second without a bias.
+                let time = period * f64::from(n + 1);
+                let found = missing.null_bias();
+                assert!((found - bias * time / (0.1 + time)).abs() < 1e-9, "{n}: {found}");
+                assert!(missing.asymmetry().abs() < 1e-9, "{n}: {}", missing.asymmetry());
+            }
+        }
     }
 
     #[test]
