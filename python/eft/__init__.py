@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from eft import benchmark, data_sheets, firmware, identification, linear, opensees, records, rths, studies
 from eft._display import use_units
 from eft._energy import EnergyBalance
+from eft._feasibility import Feasibility, check_feasibility
 from eft._force_loop import ForceLoop, ForceLoopMargins, design_force_loop
 from eft._identification import identify_delay, identify_flow_curve
 from eft._iteration import DriveIteration, iterate
@@ -33,7 +34,6 @@ from eft._native import (
     stability_margin,
 )
 from eft._notebook import teach_native
-from eft._planning import Feasibility, check_feasibility
 from eft._replay import Replay, replay
 from eft._run import Coherence, FftRatio, Metrics, TestRun
 from eft._sections import Calibration, CalibrationDeviations, CurveCorrection, RigKey, rig_keys

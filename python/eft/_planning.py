@@ -1,31 +1,23 @@
-"""Margins, delays and feasibility before a test."""
+"""Margins, delays and gains of a rig's loop."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eft import _native
-from eft._display import shown
-from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, of_protection, of_supply, worst
-from eft._native import Command, Rig
-from eft._prediction import of_droop, of_prediction, predicted
+from eft._native import Rig
 from eft._read_only import read_only
 from eft._results import Result
-from eft._status import Status, cause_of
 
 __all__ = [
     "DelayBudget",
-    "Demand",
-    "Feasibility",
     "InverseDynamics",
     "ObserverGains",
     "StabilityMargins",
-    "check_feasibility",
     "delay_budget",
     "inverse_dynamics",
     "observer_gains",
@@ -72,58 +64,6 @@ class DelayBudget(Result):
     """Delay of the compensation's path, which has all parts except `derivative` (force error only)."""
     total: float
     """The sum of all parts, as in the paper."""
-
-
-@dataclass(frozen=True)
-class Demand(Result):
-    """The demand of a command on one part of a rig, and the part's capacity."""
-
-    name: str
-    """Name of the part."""
-    unit: str
-    """SI unit; empty for a ratio."""
-    required: float
-    """The demand of the command."""
-    available: float
-    """The capacity of the part."""
-    advised: float
-    """The advised limit."""
-
-
-@dataclass(frozen=True)
-class Feasibility(Result):
-    """Whether a rig can follow a command."""
-
-    verdict: Grade
-    """In one word, ``"go"``, ``"caution"`` or ``"no"``."""
-    reasons: tuple[str, ...]
-    """Reasons against a "go", as sentences."""
-    demands: tuple[Demand, ...]
-    """The demand on each part."""
-    scheme: Literal["off", "linear", "nonlinear"]
-    """The simplest compensation that suffices."""
-    margin: float | None
-    """The largest stable compensation level; None if no level is stable."""
-    smallest_sample_rate: float | None
-    """The smallest tried rate, Hz, from which on the loop is stable, and its largest stable level exceeds the
-    rig's own by ``verdict.caution.level_margin`` (2 %), or by half of what it does at 12,800 Hz. With
-    self-calibration a stable loop is enough. None if the loop is unstable at 12,800 Hz."""
-    lowest_supply_pressure: float
-    """The lowest pressure of the supply, Pa, while the valves draw the flow of the demands, without their
-    leakage."""
-    force_error: float | None
-    """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms. For a
-    command with power above 20 Hz it is that below 100 Hz, and with a guard that of a loop in which it does
-    not act. None with self-calibration in a building, with more than half of the power above 20 Hz, or
-    without a stable linear model."""
-    displacement_error: float | None
-    """Of the displacement against the ideal one, likewise."""
-    left_out: tuple[str, ...]
-    """Keys of the rig with an effect that the predicted errors do not contain, such as a known overlap, which
-    the controller does not compensate for exactly. ``"command above 100 Hz"`` (or 20 Hz) stands for the
-    part of the command there, as of a square wave, if it may raise the predicted error by a tenth. A test
-    on the virtual rig shows both. Without predicted errors, the keys that the linear model does not
-    contain."""
 
 
 class InverseDynamics(NamedTuple):
@@ -279,150 +219,3 @@ def inverse_dynamics(rig: Rig, frequency: ArrayLike) -> InverseDynamics:
     '1.00'
     """
     return InverseDynamics(*map(read_only, _native.inverse_dynamics(rig, frequency)))
-
-
-def check_feasibility(rig: Rig, command: Command) -> Feasibility:
-    """Compare the demands of a force command with the capacity of a rig before a test.
-
-    For a shear building the demands are those of the actuator with the largest ones; the pump's mean flow is
-    that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
-    calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
-    ``eft check`` runs such a test. The errors of force and displacement are those of the linear model in
-    the long run, after a self-calibration, with noise, resolution and bias of the sensors. They contain a
-    null bias of the valve that the controller does not know, with the force until an integral part of the
-    force loop has found it. A null that self-calibration learns, with a bias of the velocity in it, counts
-    with its whole force for the first 0.8 s. A lap of the spool that the controller does not know counts to
-    first order. Above a fiftieth of the opening it makes larger force errors, and ``left_out`` names it.
-    Friction counts in the force's error only. Resolution counts as white noise of the rounding. A large
-    opening, a limit, or a signal that stays within one step for many samples makes larger errors.
-
-    With the plausibility watch of the protection, a level of the force below an eighth of the actuator's
-    capacity and a sample rate below 250 times the natural frequency are cautions. In a building it is that of
-    each floor while the others are at rest. The pressure to which the supply falls under the flow of the
-    demands is judged as after the test, by ``verdict.caution.supply_pressure`` and
-    ``verdict.no.supply_pressure``. A droop without ``compensation.supply_correction`` is a caution if the
-    displacement's error at this pressure exceeds its limit. So are biased sensors
-    that trip the protection within a second at rest, and a command that begins with a jump whose flow the
-    feedforward demands beyond what the valve passes. A known overlap is one if its ratio to the rms opening
-    exceeds ``verdict.caution.force_error``, and a play of the attachment if its error exceeds that or
-    ``verdict.caution.oscillation``.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    command : Command
-        The force to be applied.
-
-    Returns
-    -------
-    Feasibility
-        Verdict, reasons, demands, the simplest scheme that suffices, margin, sample rate, predicted errors.
-
-    Raises
-    ------
-    ValueError
-        If the command does not fit the rig.
-
-    Examples
-    --------
-    >>> import eft
-    >>> command = eft.sine_sweep(2000.0, 0.5, 5.0, duration=10.0, sample_rate=4096.0)
-    >>> eft.check_feasibility(eft.Rig.zhao2005(), command).verdict
-    'go'
-    """
-    found = _native.check_feasibility(rig, command)
-    rate = command.sample_rate
-    findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate)]
-    findings += of_supply(rig, found["lowest_supply_pressure"], found["demands"])
-    findings += of_protection(rig, rate)
-    findings += _at_rest(rig, command)
-    findings += _start(rig, command, found["demands"])
-    errors = predicted(rig, command)
-    left_out = _left_out(rig, rate) if errors is None else errors.left_out
-    if errors is not None:
-        findings += of_prediction(rig, rate, errors)
-        if droop := list(of_droop(rig, command, found["lowest_supply_pressure"], errors)):
-            findings += droop
-            left_out = tuple(dict.fromkeys((*left_out, "supply.droop")))
-    elif rig["structure.kind"] == "shear_building" and rig["compensation.adaptive"]:
-        findings.append(Finding("go", _OF_SEVERAL))
-    findings.sort(key=lambda one: -GRADES.index(one.grade))
-    demands = tuple(Demand(**demand) for demand in found.pop("demands"))
-    reasons = tuple(one.sentence for one in findings)
-    grade = worst(one.grade for one in findings)
-    return Feasibility(
-        grade,
-        reasons,
-        demands,
-        **found,
-        force_error=None if errors is None else errors.force.whole,
-        displacement_error=None if errors is None else errors.displacement.whole,
-        left_out=left_out,
-    )
-
-
-_OF_SEVERAL = (
-    "The errors are not predicted, because the controllers of several actuators learn different delays. "
-    "A test on the virtual rig shows them."
-)
-
-
-def _left_out(rig: Rig, rate: float) -> tuple[str, ...]:
-    """What the linear model itself does not contain."""
-    try:
-        return tuple(_native.linearize(rig, sampled=True, sample_rate=rate).left_out)
-    except ValueError:
-        return ()
-
-
-def _at_rest(rig: Rig, command: Command) -> Iterator[Finding]:
-    """A finding if biased sensors trip the protection before anything moves."""
-    plant, sensors = rig.plant, ("force", "velocity", "displacement", "spool", "acceleration")
-    biased = [name for name in sensors if plant[f"sensors.{name}.bias"]]
-    if not (rig["protection.enabled"] and biased):
-        return
-    rate = command.sample_rate
-    still = Command(np.zeros((*command.values.shape[:-1], max(round(rate), 2))), rate)
-    status = np.atleast_2d(_native.simulate(rig, still, "f64")["status"])
-    tripped = np.argwhere((status & (Status.TRIPPED | Status.SHUT_DOWN)).T)
-    if tripped.size:
-        sample, actuator = tripped[0]
-        cause = cause_of(int(status[actuator, sample])).name.lower().replace("_", " ")
-        yield Finding(
-            "caution",
-            f"The protection trips at rest after {sample / rate:.2g} s ({cause}) with the bias of the "
-            f"{' and the '.join(biased)} sensor. Set it to zero before the test.",
-        )
-
-
-def _start(rig: Rig, command: Command, demands: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
-    """A caution about a jump at the start, whose flow the feedforward demands within one sample."""
-    soft = rig["protection.enabled"] and rig["protection.start_time"] > 0.0
-    if soft or not rig["compensation.feedforward"]:
-        return
-    first = float(np.abs(command.values[..., 0]).max())
-    flow = rig["actuator.compressibility"] * first * command.sample_rate / rig["actuator.piston_area"]
-    [passed] = [one["available"] for one in demands if one["name"] == "flow"]
-    if flow > passed:
-        yield Finding(
-            "caution",
-            f"The command begins with a jump to {shown('force')(first)}. The feedforward demands its flow "
-            f"within one sample, {flow / passed:.2g} times what the valve passes. Begin the command at zero, "
-            "or set protection.start_time.",
-        )
-
-
-_SCHEMES = ("off", "linear", "nonlinear")
-
-
-def _settings(rig: Rig, found: Mapping[str, Any], rate: float) -> Iterator[Finding]:
-    """Findings on a scheme that is too simple and a sample rate that is too low."""
-    mode, needed, least = rig["compensation.mode"], found["scheme"], found["smallest_sample_rate"]
-    if _SCHEMES.index(mode) < _SCHEMES.index(needed):
-        change = (("compensation.mode", needed),)
-        yield Finding("caution", f"{needed.capitalize()} compensation is needed, {mode} is set.", change)
-    # Without a safe rate the rate is not the cause, and the loop has its own finding.
-    if least is not None and least > rate:
-        sentence = f"The sample rate {rate:g} Hz is below the smallest safe one, {least:.0f} Hz."
-        yield Finding("caution", sentence)

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 
 from eft import _native
 from eft._display import shown
-from eft._planning import Demand, StabilityMargins, stability_margins
+from eft._feasibility import Demand
+from eft._planning import StabilityMargins, stability_margins
 from eft._run import TestRun
 from eft.report._heading import wholes
 
