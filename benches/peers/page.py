@@ -126,9 +126,9 @@ def text(results):
         "`solve_ivp` is called once a tick, because the controller is sampled. Its time is scaled from the "
         "first quarter of a second, and that of JAX from the first two seconds. One test keeps its traces. "
         "A batch keeps metrics, and traces on request, which take additional time to write and return. "
-        "The system provides new memory for the 8.9 MB of a test's traces. That took 4 ms of a test on an "
-        f"older machine. The {many['tests']:,} different tests took {many['seconds']:.0f} s. C's time for "
-        "them is scaled from 20.",
+        "The 8.9 MB of a test's traces are in the memory of the test before it. "
+        f"The {many['tests']:,} different tests took {many['seconds']:.0f} s. C's time for them is scaled "
+        "from 20.",
         "## Accuracy",
         "The default takes one step a tick of the [exponential "
         "method](../explanation/theory.md#stepping-through-time). Its error is below 10⁻⁴ of the peak "
