@@ -70,8 +70,8 @@ fn a_velocity_against_the_flows_is_of_the_displacement() {
     assert_eq!(ticks(&mut moving(-0.025, 0.02, 0.0), false, false), None);
     assert_eq!(ticks(&mut moving(-0.025, 0.02, 0.0), true, false), Some(105));
     assert_eq!(ticks(&mut moving(0.2, 0.3, 0.0), true, true), None);
-    // At the start the null bias is not known, and after a tenth of a second half of it is.
-    for (age, found) in [(0.0, None), (0.1, Some(134)), (0.4, Some(105)), (4.0, Some(105))] {
+    // At the start the null bias is not known, and after 0.03 s half of it is.
+    for (age, found) in [(0.0, None), (0.03, Some(134)), (0.4, Some(105)), (4.0, Some(105))] {
         let mut state = PlausibilityState { age, ..moving(-0.025, 0.02, 0.0) };
         assert_eq!(ticks(&mut state, true, false), found, "{age}");
     }

@@ -17,8 +17,8 @@ fn the_residual_over_the_slope_is_the_missing_opening() {
     let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
     let slope = (table.flow(0.201) - table.flow(SPOOL)) / 1e-3;
     let root = libm::sqrt(0.9 - FORCE / (RIG.piston_area * RIG.supply_pressure));
-    // The mean is over 4 s, and 0.1 s without a bias before the first one.
-    for (age, time) in [(0.0, 0.1 + PERIOD), (1.0, 1.1 + PERIOD), (4.0, 4.1)] {
+    // The mean is over 4 s, and 0.03 s without a bias before the first one.
+    for (age, time) in [(0.0, 0.03 + PERIOD), (1.0, 1.03 + PERIOD), (4.0, 4.03)] {
         let oil = if age > 0.0 { oil } else { 0.0 };
         let opening = (taken + oil - passed) / (1.2 * root * slope);
         let state = summed(&round(), PlausibilityState { age, ..before() });
@@ -57,7 +57,7 @@ fn without_the_force_the_missing_opening_is_learned_from_piston_and_spool() {
             let mut state = PlausibilityState { velocity, distrusted, ..before() };
             watch.learn_null_without_force(&mut state, &input(), &known);
             let opening = (2.0 * velocity - gain * table.flow(SPOOL)) / (gain * slope);
-            let expected = if learns { after(opening, PERIOD / (1.1 + PERIOD)) } else { before().missing };
+            let expected = if learns { after(opening, PERIOD / (1.03 + PERIOD)) } else { before().missing };
             near("null bias", state.null_bias(), expected.null_bias());
             near("at an opening", state.missing.at(0.3), expected.at(0.3));
         }
