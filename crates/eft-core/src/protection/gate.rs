@@ -52,6 +52,8 @@ pub(crate) struct Signal<T> {
     pub(crate) repeats: u32,
     /// Liveliness: share of the readings that were off the line of the two earlier ones, as noise is.
     liveliness: T,
+    /// Readings in it, until it forgets as many.
+    heard: T,
     /// Probability that a working sensor gives the present series of still readings; 0 before the first.
     pub(crate) likelihood: T,
     /// The last change from reading to reading.
@@ -60,7 +62,7 @@ pub(crate) struct Signal<T> {
     pub(crate) jumped: bool,
     pub(crate) seen: bool,
 }
-integrity!(Signal<T>: last, slope, lost, jumps, returned, repeats, liveliness, likelihood, step, jumped, seen);
+integrity!(Signal<T>: last, slope, lost, jumps, returned, repeats, liveliness, heard, likelihood, step, jumped, seen);
 
 impl<T: Real> Signal<T> {
     /// Change per sample, low-passed.
@@ -138,8 +140,11 @@ impl<T: Real> SensorGate<T> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
         let off = (step - signal.step).abs() > T::splat(OFF_A_LINE) * still;
         signal.step = step;
-        signal.liveliness =
-            signal.liveliness + self.forgetting * (if off { one } else { zero } - signal.liveliness);
+        // A mean over all readings at first, so that noise which stops soon after the start is noticed.
+        let mean = one / (T::splat(UNHEARD) + signal.heard);
+        let share = if mean > self.forgetting { mean } else { self.forgetting };
+        signal.heard = if mean > self.forgetting { signal.heard + one } else { signal.heard };
+        signal.liveliness = signal.liveliness + share * (if off { one } else { zero } - signal.liveliness);
         let each = T::splat(MARGIN) * (one - signal.liveliness);
         let each = if each > T::splat(LEAST) { each } else { T::splat(LEAST) };
         let still = step.abs() <= still && signal.liveliness > T::splat(ALIVE);
@@ -185,6 +190,9 @@ impl<T: Real> SensorGate<T> {
 /// Distance of a reading from the line of the two earlier ones, in units of a still change. The second difference of white
 /// noise is √3 times as large as the first.
 const OFF_A_LINE: f64 = 1.7320508;
+/// Number of readings on a line with which the liveliness begins. By the rule of three, a share of 3/n is possible with a
+/// probability of 5 % if none of n readings was on a line.
+const UNHEARD: f64 = 3.0;
 /// Share of readings off a line above which a sensor is alive.
 const ALIVE: f64 = 0.75;
 /// Factor on the mean slope, which ripples with the jumps of a slower converter.

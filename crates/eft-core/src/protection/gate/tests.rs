@@ -124,6 +124,54 @@ fn noise_that_stops_is_noticed_in_twenty_readings() {
 }
 
 #[test]
+fn noise_that_stops_soon_after_the_start_is_noticed() {
+    // At 1,024 Hz the liveliness is forgotten within 163 readings.
+    let gate = SensorGate { jump: [1e3; 4], forgetting: 6.1e-3, ..gate() };
+    for mut seed in 1..20 {
+        let mut signal = Signal::default();
+        for _ in 0..128 {
+            gate.pass(&mut signal, 1e3, 0.1, noisy(&mut seed));
+            assert!(!gate.is_still(&signal));
+        }
+        let still = (1..100).find(|_| {
+            gate.pass(&mut signal, 1e3, 0.1, 0.5);
+            gate.is_still(&signal)
+        });
+        assert!(still.is_some_and(|n| n < 25), "{still:?}");
+    }
+}
+
+#[test]
+fn neither_a_coarse_converter_nor_a_sensor_without_noise_is_still_soon_after_the_start() {
+    let gate = SensorGate { jump: [1e3; 4], forgetting: 6.1e-3, ..gate() };
+    for step in [0.5, 1.0, 1.5, 2.0, 3.0, 4.0] {
+        for mut seed in 1..500 {
+            let mut signal = Signal::default();
+            for n in 0..300 {
+                gate.pass(&mut signal, 1e3, 0.1, step * libm::round(noisy(&mut seed) / step));
+                assert!(!gate.is_still(&signal), "{step} {n}");
+            }
+        }
+    }
+    let mut signal = Signal::default();
+    for n in 0..300 {
+        gate.pass(&mut signal, 1e3, 0.1, 7.0);
+        assert!(!gate.is_still(&signal), "{n}");
+    }
+}
+
+#[test]
+fn the_liveliness_is_a_mean_at_first_and_forgets_later() {
+    // It begins with three readings on a line, and at last forgets a hundredth.
+    for (heard, share) in [(0.0, 1.0 / 3.0), (9.0, 1.0 / 12.0), (1e9, 1e-2)] {
+        let mut after = Signal { heard, ..signal() };
+        gate().listen(&mut after, 0.1, 9.0);
+        near("liveliness", after.liveliness, 0.8 + share * 0.2);
+        near("heard", after.heard, if heard < 1e3 { heard + 1.0 } else { heard });
+    }
+}
+
+#[test]
 fn a_reading_that_rests_without_noise_or_on_a_coarse_converter_is_sound() {
     for step in [0.0, 1.0, 4.0] {
         let gate = SensorGate { jump: [1e3; 4], ..gate() };
@@ -159,6 +207,7 @@ fn signal() -> Signal<f64> {
         returned: 0,
         repeats: 3,
         liveliness: 0.8,
+        heard: 1e9,
         likelihood: 0.5,
         step: 0.3,
         jumped: false,
