@@ -8,8 +8,8 @@ use crate::protection::plausibility::{
 };
 use crate::signals::Input;
 
-/// The displacement is blamed for a ratio only if the velocity fits the flow better, by this share of the square of the
-/// largest recent speed. This is so if one of the two has the wrong sign.
+/// The displacement is blamed for a ratio only if the velocity fits the flow better, by this share of the mean square of the
+/// speed. This is so if one of the two has the wrong sign. Near rest the largest speed is the noise of the displacement.
 const CLEARLY: f64 = 0.25;
 
 /// Probability that a working sensor is as still as a frozen one. It is much larger than without a contradiction, because
@@ -205,9 +205,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// velocity that is too small leaves damping.
     #[inline(always)]
     fn of_ratio(&self, state: &PlausibilityState<T>) -> Cause {
-        let [.., of_motion, _] = state.envelopes;
         let [.., ratio, _] = &state.sums;
-        let told = state.worse < -(T::splat(CLEARLY) * self.area * (of_motion * of_motion));
+        let told = state.worse < -(T::splat(CLEARLY) * self.area * state.swept);
         if told | (ratio.below > ratio.above) {
             Cause::DisplacementImplausible
         } else {

@@ -72,6 +72,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let share = T::splat(FLOW);
 
         let residual = taken + oil - passed;
+        let slope = known.flow_gain * (model.root * model.slope);
         let larger = |a: T, b: T| if a > b { a } else { b };
         let seen = larger(envelope(of_passed, self.decay, passed), envelope(of_taken, self.decay, taken));
         let tolerance = share * seen + T::splat(OIL) * oil.abs() + drift;
@@ -109,7 +110,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             motion_began.add(motion, change, [self.late, moved]);
             let [speed_low, off_low, residual_low] = &mut state.fine;
             let (speed, off) = (follow(speed_low, self.fine, moved), follow(off_low, self.fine, off));
-            let unbalanced = follow(residual_low, self.fine, residual);
+            // In a slow motion a null bias leaves more than a wrong sign.
+            let unbalanced = follow(residual_low, self.fine, residual - slope * state.missing.null_bias());
             // A velocity that is too large in either direction.
             let one = T::splat(1.0);
             let beyond = off * (self.per_reversal * speed).limit(-one, one);
@@ -124,6 +126,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             // The flow's residual vanishes with the correct one of the two.
             let worse = off * (unbalanced - half * (self.area * off));
             follow(&mut state.worse, self.slow, worse);
+            let faster = larger(size, (speed - off).abs());
+            follow(&mut state.swept, self.slow, faster * faster);
         }
 
         let [_, opening, asked_low, spool_low, asked_slow, spool_slow] = &mut state.valve;
@@ -139,7 +143,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             against.add(self.period * opposed(asked, moved), self.period * against_drift, against_limit);
             against.below = T::splat(0.0);
         }
-        self.average(state, [residual, known.flow_gain * (model.root * model.slope)], input.spool, known);
+        self.average(state, [residual, slope], input.spool, known);
     }
 
     /// Adds the opening by a residual of the flow (m³/s), at this slope of the flow curve (m³/s) and spool opening (1), to the

@@ -45,6 +45,8 @@ pub(crate) struct PlausibilityState<T> {
     /// Average (m⁴/s²) of the squared flow residual with the velocity minus that with the displacement, over twice the
     /// piston area.
     pub(super) worse: T,
+    /// The same average of the square of the faster one of velocity and displacement (m²/s²).
+    pub(super) swept: T,
     /// Evidence about the motion since its sum began.
     pub(super) evidence: Evidence<T>,
     /// Set when the force is blamed for a flow balance that contains the velocity as well, or for a jump.
@@ -68,7 +70,7 @@ pub(crate) struct PlausibilityState<T> {
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening.
     pub(super) missing: MissingOpening<T>,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, evidence, by_balance, followed, step, source, braked, by_flow, last_force, reversal, has_force, has_displacement, load_pressure, age, missing);
+integrity!(PlausibilityState<T>: signals, distrusted, marks, derivative, velocity, smooth, flow, last_velocity, lows, highs, valve, envelopes, near_null, fine, sums, displacement, goes_on, began, worse, swept, evidence, by_balance, followed, step, source, braked, by_flow, last_force, reversal, has_force, has_displacement, load_pressure, age, missing);
 
 impl<T: Real> PlausibilityState<T> {
     /// Distrusts a sensor from now on.

@@ -48,7 +48,15 @@ type Readings = [f64; 4];
 
 /// The time (s) at which the watch names a cause for these readings, and the cause.
 fn named(seconds: f64, readings: impl Fn(f64) -> Readings) -> Option<(f64, Cause)> {
-    let watch = watch();
+    named_by(&watch(), seconds, readings)
+}
+
+/// The same for another watch.
+fn named_by(
+    watch: &Plausibility<f64, 21>,
+    seconds: f64,
+    readings: impl Fn(f64) -> Readings,
+) -> Option<(f64, Cause)> {
     let mut state = PlausibilityState::default();
     let known = KNOWN;
     (0..(seconds * RIG.sample_rate) as u32).find_map(|n| {
@@ -171,6 +179,42 @@ fn the_flow_separates_a_wrong_sign_from_a_right_one() {
     let velocity = swing_by(1.0, -1.0, STEP).unwrap();
     assert_eq!([displacement.1, velocity.1], [Cause::DisplacementImplausible, Cause::VelocityImplausible]);
     assert!(displacement.0 < 1.07 && velocity.0 < 1.07, "{displacement:?} {velocity:?}");
+}
+
+/// The swing at a twentieth of its speed, with a null bias (1) of the valve and with noise, and with these signs of
+/// displacement and velocity from 1 s on, when the piston is at rest and a wrong sign is no jump.
+fn slow_swing(bias: f64, [of_displacement, of_velocity]: [f64; 2]) -> Option<(f64, Cause)> {
+    let noise = PlausibilityParameters { displacement_noise: 2e-4, ..PlausibilityParameters::DEFAULT };
+    let random = core::cell::Cell::new(20051_u64);
+    // Twelve uniform numbers have the variance of one.
+    let deviation = || {
+        (0..12).fold(-6.0, |sum, _| {
+            random.set(random.get().wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1));
+            sum + (random.get() >> 11) as f64 / (1_u64 << 53) as f64
+        })
+    };
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    named_by(&watch_of(1.2, &noise), 3.0, |time| {
+        let [force, x, v, _] = swing(time).map(|reading| 0.05 * reading);
+        let [of_x, of_v] = if time > 1.0 { [of_displacement, of_velocity] } else { [1.0; 2] };
+        let displacement = of_x * (x + noise.displacement_noise * deviation());
+        let velocity = of_v * (v + noise.velocity_noise * deviation());
+        [force, displacement, velocity, table.opening(RIG.piston_area * v) - bias]
+    })
+}
+
+#[test]
+fn the_flow_separates_a_wrong_sign_from_a_right_one_in_a_slow_motion() {
+    for bias in [-0.02, 0.0, 0.02] {
+        assert_eq!(slow_swing(bias, [1.0, 1.0]), None);
+        let found = [[-1.0, 1.0], [1.0, -1.0]].map(|signs| slow_swing(bias, signs).unwrap());
+        assert_eq!(
+            found.map(|(_, cause)| cause),
+            [Cause::DisplacementImplausible, Cause::VelocityImplausible],
+            "{bias}"
+        );
+        assert!(found.iter().all(|(time, _)| (1.0..1.6).contains(time)), "{found:?}");
+    }
 }
 
 /// A spool that follows a command of this opening and frequency (Hz) about a null bias (1), with a delay (s) besides the

@@ -171,7 +171,7 @@ fn a_delay_widens_the_limits_of_motion_and_ratio_only() {
 
 #[test]
 fn of_a_ratio_the_larger_signal_is_blamed_unless_the_flow_clearly_tells() {
-    // A quarter of the area times the square of the largest speed of 2 m/s is 2 m⁴/s².
+    // A quarter of the area times the mean square of the speed of 4 m²/s² is 2 m⁴/s².
     for (above, below, worse, displacement) in [
         (1.1, 0.0, 0.0, false),
         (0.0, 1.1, 0.0, true),
@@ -182,7 +182,7 @@ fn of_a_ratio_the_larger_signal_is_blamed_unless_the_flow_clearly_tells() {
     ] {
         let mut state = PlausibilityState::default();
         (state.sums[RATIO].above, state.sums[RATIO].below) = (above, below);
-        (state.worse, state.envelopes[4], state.envelopes[5]) = (worse, 2.0, 9.0);
+        (state.worse, state.swept, state.envelopes[4]) = (worse, 4.0, 9.0);
         let cause = if displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible };
         assert_eq!(watch().contradiction(&state, 1.0), cause, "{above} {below} {worse}");
     }

@@ -32,6 +32,8 @@ fn grown(rig: Steady) -> ([[f64; 2]; 7], f64) {
         if n == 19_999 {
             state.sums = Default::default();
         }
+        // A steady flow that is missing would be taken for a null bias.
+        state.missing = Default::default();
         let Steady { force, velocity, spool, .. } = rig;
         let displacement = rig.travel * PERIOD * f64::from(n);
         let input = Input { command: 0.0, force, displacement, velocity, spool, ..Input::default() };

@@ -65,6 +65,7 @@ pub(super) fn before() -> PlausibilityState<f64> {
         goes_on: true,
         began: [Began { above: 0.1, below: 0.15 }, Began { above: 0.5, below: 0.6 }],
         worse: 0.002,
+        swept: 0.5,
         ..PlausibilityState::default()
     }
 }
@@ -277,10 +278,15 @@ fn the_residual_with_either_motion_tells_which_one_is_wrong() {
     let state = summed(&round(), before());
     let ([moved, travelled], [passed, taken, oil]) = (motions(), flows());
     let off = 0.04 + 0.375 * (moved - travelled - 0.04);
-    let residual = 0.05 + 0.375 * (taken + oil - passed - 0.05);
+    // Without what the null bias leaves.
+    let model = round().valve_flow(&input(), &known());
+    let biased = 1.2 * model.root * model.slope * before().missing.null_bias();
+    let residual = 0.05 + 0.375 * (taken + oil - passed - biased - 0.05);
     // The residual's square with the velocity minus that with the displacement, over twice the area.
     let difference = (residual * residual - (residual - 2.0 * off) * (residual - 2.0 * off)) / (2.0 * 2.0);
     near("worse", state.worse, 0.002 + 0.125 * (difference - 0.002));
+    let speed = 0.21 + 0.375 * (moved - 0.21);
+    near("swept", state.swept, 0.5 + 0.125 * (f64::max(speed.abs(), (speed - off).abs()).powi(2) - 0.5));
 }
 
 #[test]
