@@ -61,10 +61,12 @@ impl<T: Real, const N: usize> Channel<T, N> {
         for (signal, flag) in flags {
             believed.status |= if doubted(signal) { flag } else { 0 };
         }
-        if state.protection.cause().is_of_sensors() {
+        // A force far from its command may be wrong as well, and opens the loop.
+        let opened = state.protection.is_shut_down();
+        if state.protection.cause().is_of_sensors() || opened {
             // What was learned while the sensor was wrong is discarded.
             state.sound.go_back();
-            if doubted(FORCE) && !matches!(self.velocity, Velocity::Sensor) {
+            if (doubted(FORCE) || opened) && !matches!(self.velocity, Velocity::Sensor) {
                 // The delay of an estimate depends on the motion's frequency, which changes when the loop opens. Too much
                 // lead makes a growing swing then, and too little a damped one.
                 state.sound.lead_less(&self.controller.nominal());

@@ -119,6 +119,12 @@ impl<T: Real> ProtectionState<T> {
         self.tripped.is_set()
     }
 
+    /// Whether the force loop must be open or the valve close.
+    #[inline(always)]
+    pub(crate) fn is_shut_down(&self) -> bool {
+        self.shut_down.is_set()
+    }
+
     /// Requests the soft end: the force follows a command that fades along the ramp.
     pub fn end(&mut self) {
         self.ending = true;

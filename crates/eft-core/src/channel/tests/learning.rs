@@ -3,6 +3,7 @@
 use super::*;
 use crate::compensation::Calibration;
 use crate::learning::Learner;
+use crate::parameters::Levels;
 
 #[test]
 fn window_numbers_wrap() {
@@ -73,6 +74,33 @@ fn a_calibration_from_a_wrong_sensor_is_reverted() {
     }
     // The older one of the last two, the 768th and the 896th. It is older than any unnoticed fault.
     assert_eq!((state.cause(), state.calibration().flow_gain), (Cause::VelocityLost, gain(768)));
+}
+
+// SR-10
+#[test]
+fn a_calibration_from_a_force_that_opens_the_loop_by_its_level_is_reverted() {
+    let protection = ProtectionParameters {
+        force: Levels { warning: 20e3, trip: 20e3 },
+        plausibility: Some(PlausibilityParameters::DEFAULT),
+        ..ProtectionParameters::DEFAULT
+    };
+    let learning = Parameters { learning: Learning::ADAPTIVE, protection: Some(protection), ..RIG };
+    let channel = Channel::<f64, 21>::new(&learning).unwrap();
+    // A force far from its command may be wrong, and one near it is followed.
+    for (command, reverts) in [(0.0, true), (20e3, false)] {
+        let (mut state, nominal) = (channel.at_rest(), *channel.at_rest().calibration());
+        for tick in 0..1000 * channel.window_ticks() {
+            taught(&channel, &nominal, &mut state, &still(tick));
+        }
+        // It approaches its level without a jump.
+        for force in (0..210).map(|step| 100.0 * f64::from(step)) {
+            let input = Input { command: if reverts { 0.0 } else { force }, force, ..still(0) };
+            taught(&channel, &nominal, &mut state, &input);
+        }
+        let older = if reverts { gain(768) } else { state.calibration().flow_gain };
+        assert_eq!((state.cause(), state.calibration().flow_gain), (Cause::ForceLevel, older), "{command}");
+        assert_eq!(reverts, older < gain(900));
+    }
 }
 
 /// The first tick with an expired calibration, up to a number of ticks, with or without a running learner.
