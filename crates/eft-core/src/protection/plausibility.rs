@@ -48,6 +48,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) repeats: u32,
     /// Whether a sensor measures the velocity.
     pub(super) senses_velocity: bool,
+    /// Whether the velocity follows fast motions without the displacement.
+    pub(super) fast_velocity: bool,
     pub(super) period: T,
     pub(super) rate: T,
     pub(super) area: T,
@@ -93,7 +95,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, moved, reversal, kick, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, moved, reversal, kick, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
 
 /// The residuals, in the order of their arrays: flow, fast flow, motion, stroke, force's direction, motion's ratio,
 /// spool's direction.

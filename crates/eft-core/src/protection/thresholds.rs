@@ -233,7 +233,11 @@ macro_rules! constructor {
                     derivative,
                     lost_samples: protection.lost_samples,
                     repeats: repeats as u32,
-                    senses_velocity: matches!(p.velocity_source, VelocitySource::Sensor),
+                    senses_velocity,
+                    fast_velocity: matches!(
+                        p.velocity_source,
+                        VelocitySource::Sensor | VelocitySource::Accelerometer { .. }
+                    ),
                     period: (1.0 / rate) as $t,
                     rate: rate as $t,
                     area: area as $t,

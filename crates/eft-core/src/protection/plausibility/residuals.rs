@@ -95,14 +95,15 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let hidden = if through < hidden { through } else { hidden };
         let tolerance = T::splat(FAST_FLOW) * flow_above + T::splat(OIL) * oil_above + fast_drift + hidden;
         let seen = envelope(of_motion, self.decay, larger(moved.abs(), travelled.abs()));
-        if self.senses_velocity {
+        if self.fast_velocity {
             fast.add(self.period * residual_above, self.period * tolerance, fast_limit);
             let tolerance = T::splat(FAST_FLOW) * flow_above + fast_drift + T::splat(TURNED_NULL) * hidden;
             let opposed = opposed(measured, measured - residual_above);
             turned.add(self.period * opposed, self.period * tolerance, turned_limit);
             // Both have the same sign, as they should.
             turned.below = T::splat(0.0);
-
+        }
+        if self.senses_velocity {
             let off = moved - travelled;
             let tolerance = T::splat(MOTION) * seen + motion_drift;
             let [motion_began, ratio_began] = &mut state.began;

@@ -108,6 +108,21 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
 }
 
 #[test]
+fn a_sensor_and_an_accelerometer_show_fast_motions_without_the_displacement() {
+    let gains = [0.01, 1.0, 10.0];
+    for (velocity_source, fast_velocity) in [
+        (VelocitySource::Sensor, true),
+        (VelocitySource::Accelerometer { gains }, true),
+        (VelocitySource::Observer { gains, mass: 7e3 }, false),
+        (VelocitySource::Derivative { corner: 40.0 }, false),
+    ] {
+        let rig = Parameters { velocity_source, ..Parameters::ZHAO2005 };
+        let watch = put(&rig, &ProtectionParameters::DEFAULT, &PlausibilityParameters::DEFAULT).unwrap();
+        assert_eq!(watch.fast_velocity, fast_velocity, "{velocity_source:?}");
+    }
+}
+
+#[test]
 fn without_levels_capacity_and_greatest_flow_stand_in() {
     // At 300 Hz, the controller three samples late; a million alarms an hour.
     let rig = Parameters {

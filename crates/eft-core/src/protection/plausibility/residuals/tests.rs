@@ -98,8 +98,8 @@ fn spool_and_command_may_differ_by_three_tenths() {
 }
 
 /// The sums after the first tick from a long rest, in which force (N) and spool (1) step: only the means over the tick pass.
-fn first(force: f64, spool: f64, senses_velocity: bool) -> [[f64; 2]; 7] {
-    let watch = Plausibility { senses_velocity, ..watch() };
+fn first(force: f64, spool: f64, fast_velocity: bool) -> [[f64; 2]; 7] {
+    let watch = Plausibility { fast_velocity, ..watch() };
     let mut state = PlausibilityState { age: SETTLED, ..PlausibilityState::default() };
     let known = KNOWN;
     let input = Input { command: 0.0, force, displacement: 0.0, velocity: 0.0, spool, ..Input::default() };
@@ -134,7 +134,7 @@ fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
         let [turned, _] = first(force, opening, true)[TURNED];
         near("turned", turned, (PERIOD * (opposed - tolerance)).max(0.0));
         assert!(force > 0.0 || (turned > 0.0 && below > 0.0));
-        // With an estimated velocity none of this counts.
+        // With a velocity that does not follow fast motions none of this counts.
         let estimated = first(force, opening, false);
         assert_eq!([estimated[FAST], estimated[TURNED]].concat(), [0.0; 4]);
     }

@@ -32,6 +32,7 @@ pub(super) fn round() -> Plausibility<f64, 21> {
         per_reversal: 0.7,
         null_drift: 0.05,
         senses_velocity: true,
+        fast_velocity: true,
         ..watch()
     }
 }
@@ -320,13 +321,20 @@ fn a_spool_moves_against_its_command_by_the_smaller_of_the_opposed_swings() {
 
 #[test]
 fn without_a_sensor_of_the_velocity_only_flow_and_stroke_are_compared() {
-    let state = summed(&Plausibility { senses_velocity: false, ..round() }, before());
-    for n in [FAST, TURNED, TRAVEL, RATIO] {
-        assert_eq!(state.sums[n], before().sums[n], "{n}");
-    }
     let both = summed(&round(), before());
-    for n in [BALANCE, STROKE, AGAINST] {
-        assert_eq!(state.sums[n], both.sums[n], "{n}");
+    for fast_velocity in [false, true] {
+        let state = summed(&Plausibility { senses_velocity: false, fast_velocity, ..round() }, before());
+        for n in [TRAVEL, RATIO] {
+            assert_eq!(state.sums[n], before().sums[n], "{n}");
+        }
+        // An accelerometer shows the fast motions.
+        let of_force = if fast_velocity { &both } else { &before() };
+        for n in [FAST, TURNED] {
+            assert_eq!(state.sums[n], of_force.sums[n], "{n}");
+        }
+        for n in [BALANCE, STROKE, AGAINST] {
+            assert_eq!(state.sums[n], both.sums[n], "{n}");
+        }
     }
 }
 
