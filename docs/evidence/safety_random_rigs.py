@@ -50,6 +50,8 @@ CASES = tuple((signal, kind) for signal in SIGNALS for kind in (*KINDS, "gain", 
 RUN = tuple(case for case in CASES if case[1] != "gain" or case[0] == "velocity")
 SENSOR = "sensor"
 """The source of the velocity that is no estimate."""
+LATER = (2.0, 9.5)
+"""Times (s) between which a fault begins."""
 
 Drawn = dict[str, Any]
 
@@ -136,10 +138,14 @@ def levels(rig: eft.Rig, command: eft.Command, ranges: dict[str, float], least: 
 
 
 def faults_of(
-    number: int, source: str, seed: int = SEED
+    number: int, source: str, seed: int = SEED, within: tuple[float, float] = LATER, off: float = 1.0
 ) -> tuple[dict[str, object], list[dict[str, object]]]:
-    """The row of a rig with a velocity sensor or an estimate, and a row for each of its faults."""
+    """The row of a rig with a velocity sensor or an estimate, and a row for each of its faults.
+
+    The null bias is that of the draw times a factor. Only faults in a running test run with other settings.
+    """
     drawn, random = draw(number, seed)
+    drawn["null_bias"] *= off
     if source != SENSOR:
         source = drawn["estimate"]
     rig = configured(drawn)
@@ -169,13 +175,13 @@ def faults_of(
     if "no" in (check, grade) or cause != "none":
         return row, []
     settings: dict[str, dict[str, object]] = {"usual": {}}
-    if source == SENSOR and low["force"] < level["force"]:
+    if within == LATER and source == SENSOR and low["force"] < level["force"]:
         settings["low"] = {"protection.force_trip": low["force"]}
-    if source == SENSOR and rate < LOWEST_RATE:
+    if within == LATER and source == SENSOR and rate < LOWEST_RATE:
         settings["few"] = {"protection.lost_samples": round(LOST * rate)}
     faults = []
     for signal, kind in CASES:
-        start = random.uniform(2.0, 9.5)
+        start = random.uniform(*within)
         fault = safety.fault(signal, kind, start)
         if kind == "transient":
             chosen = str(random.choice(KINDS))

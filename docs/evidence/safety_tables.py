@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SOUND, SUPPLIES, YIELDING
+from safety_early import FAULTS as EARLY_FAULTS
+from safety_early import VARIANTS
 from safety_estimates import ESTIMATES, SOURCES
 from safety_laboratory import LABORATORY
 from safety_null import BIASES, NULL
@@ -156,6 +158,36 @@ def _by_estimate(rows: Sequence[Row]) -> list[str]:
     return text
 
 
+def early() -> list[list[Row]]:
+    """The early faults with each null and source of the velocity, in the order of the variants."""
+    rows = read(EARLY_FAULTS)
+    return [
+        [row for row in rows if (float(row["off"]), row["source"] == SENSOR) == (off, source == SENSOR)]
+        for source, off in VARIANTS
+    ]
+
+
+def _of_early() -> str:
+    """The largest force over its level for each early fault, and how often it is beyond."""
+    variants = early()
+    head = ("sensor, fault", "noticed after: median, worst", "null up to 0.5 % off", "null up to 2 % off")
+    head += ("estimated velocity",)
+    text = [f"| {' | '.join(head)} |", "| --- " * len(head) + "|"]
+    for case in RUN:
+        cells = []
+        for rows in variants:
+            of = [row for row in rows if (row["signal"], row["kind"]) == case]
+            worst = max((float(row["force"]) for row in of), default=0.0)
+            cells.append(f"{worst:.1f}; {beyond(of)} of {len(of)}" if of else "–")
+        of = [row for row in variants[0] if (row["signal"], row["kind"]) == case]
+        times = np.array([float(row["time"]) for row in of])
+        late = f", {(times == np.inf).sum()} not noticed" if np.inf in times else ""
+        noticed = f"{1e3 * np.median(times):.1f} ms, {1e3 * times[times < np.inf].max():.0f} ms{late}"
+        text.append(f"| {' '.join(case)} | {noticed} | {' | '.join(cells)} |")
+    text += ["", "A cell has the largest force over its level, and how often it exceeds 1.75."]
+    return "\n".join([*text, ""])
+
+
 def _of_estimates() -> str:
     """The worst of three rigs for each fault and each estimate of the velocity."""
     rows = read(ESTIMATES)
@@ -244,6 +276,7 @@ def report(folder: Path) -> None:
     write_text(folder / "safety_responses.md", "\n".join([*text, ""]))
     write_text(folder / "safety_null.md", _of_null_bias())
     write_text(folder / "safety_random_rigs.md", _of_random_rigs())
+    write_text(folder / "safety_early.md", _of_early())
     text = []
     rows = read(SOUND)
     by_level = sum(row["cause"].endswith("_level") for row in rows)

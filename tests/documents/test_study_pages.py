@@ -279,6 +279,49 @@ def test_the_pages_on_the_protection_state_the_kept_faults(script):
         assert sum(float(row["displacement"]) > 1.0 for row in rows) == beyond
 
 
+def test_the_kept_early_faults_are_what_the_code_gives(script, monkeypatch):
+    study, tables = script("safety_early"), script("safety_tables")
+    rigs, kept = tables.read(study.RIGS), tables.read(study.FAULTS)
+    # The first rig with faults of all variants.
+    failing = [{row["rig"] for row in rows} for rows in tables.early()]
+    number = min(map(int, set.intersection(*failing)))
+    monkeypatch.setattr(script("safety_random_rigs"), "RUN", (("displacement", "sign"),))
+    rows, faults = study.early(number)
+    for row, now in zip([row for row in rigs if row["rig"] == str(number)], rows, strict=True):
+        same(row, now)
+    case = (str(number), "displacement", "sign")
+    for row, now in zip(
+        [row for row in kept if (row["rig"], row["signal"], row["kind"]) == case], faults, strict=True
+    ):
+        same(row, now)
+
+
+def test_the_pages_on_the_protection_state_the_kept_early_faults(script):
+    tables = script("safety_tables")
+    variants = tables.early()
+    text, safety = (
+        " ".join(page.read_text(encoding="utf-8").split())
+        for page in (DOCS / "safety.md", DOCS.parent / "explanation/safety.md")
+    )
+    (few, of, most), (off, of_off, _), (estimated, of_estimated, largest) = (
+        (tables.beyond(rows), len(rows), max(float(row["force"]) for row in rows)) for rows in variants
+    )
+    of_force = [tables.beyond([row for row in rows if row["signal"] == "force"]) for rows in variants]
+    rigs = [len({row["rig"] for row in rows}) for rows in variants]
+    for page, sentence in (
+        (text, f"Of these {rigs[0]}, {rigs[1]} and {rigs[2]} rigs were"),
+        (text, f"in {few} of {of:,} tests, with up to {most:.1f} times. In {of_force[0]} of these"),
+        (text, f"up to 2 % off it did in {off} of {of_off:,}, of which {of_force[1]} are the load cell's"),
+        (text, f"estimate it did in {estimated} of {of_estimated:,}, with up to {largest:.1f} times."),
+        (safety, f"{few} of {of:,} faults within 1.2 s led beyond 1.75 times the level"),
+        (safety, f"the level, with up to {most:.1f} times."),
+        (safety, f"{off} of {of_off:,}, and with an estimated velocity {estimated} of {of_estimated:,}."),
+    ):
+        assert sentence in page, sentence
+    quiet = [float(row["force"]) for rows in variants for row in rows if row["time"] == "inf"]
+    assert round(max(quiet), 2) == 0.79
+
+
 def test_the_remarks_on_the_protection_state_the_kept_faults(script):
     import eft
 
