@@ -77,25 +77,31 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     For a shear building the demands are those of the actuator with the largest ones; the pump's mean flow is
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
-    ``eft check`` runs such a test. The errors of force and displacement are those of the linear model in
-    the long run, after a self-calibration, with noise, resolution and bias of the sensors. They contain a
-    null bias of the valve that the controller does not know, with the force until an integral part of the
-    force loop has found it. A null that self-calibration learns, with a bias of the velocity in it, counts
-    with its whole force for the first 0.8 s. A lap of the spool that the controller does not know counts to
-    first order. Above a fiftieth of the opening it makes larger force errors, and ``left_out`` names it.
-    Friction counts in the force's error only. Resolution counts as white noise of the rounding. A large
-    opening, a limit, or a signal that stays within one step for many samples makes larger errors.
+    ``eft check`` runs such a test.
 
-    With the plausibility watch of the protection, a level of the force below an eighth of the actuator's
-    capacity and a sample rate below 250 times the natural frequency are cautions. In a building it is that of
-    each floor while the others are at rest. The pressure to which the supply falls under the flow of the
-    demands is judged as after the test, by ``verdict.caution.supply_pressure`` and
-    ``verdict.no.supply_pressure``. A droop without ``compensation.supply_correction`` is a caution if the
-    displacement's error at this pressure exceeds its limit. So are biased sensors
-    that trip the protection within a second at rest, and a command that begins with a jump whose flow the
-    feedforward demands beyond what the valve passes. A known overlap is one if its ratio to the rms opening
-    exceeds ``verdict.caution.force_error``, and a play of the attachment if its error exceeds that or
-    ``verdict.caution.oscillation``.
+    The errors of force and displacement are those of the linear model in the long run, after a
+    self-calibration. A large opening, a limit, or a signal that stays within one step for many samples makes
+    larger errors. They contain:
+
+    - noise, resolution and bias of the sensors; resolution counts as white noise of the rounding;
+    - an unknown null bias of the valve, until an integral part of the force loop has found it. One that
+      self-calibration learns, with a bias of the velocity in it, counts wholly for the first 0.8 s;
+    - an unknown lap of the spool, to first order. Above a fiftieth of the opening it makes larger force
+      errors, and ``left_out`` names it;
+    - friction, in the force's error only.
+
+    The pressure to which the supply falls under the flow of the demands is judged as after the test, by
+    ``verdict.caution.supply_pressure`` and ``verdict.no.supply_pressure``. These are cautions as well:
+
+    - with the plausibility watch of the protection, a level of the force below an eighth of the actuator's
+      capacity, or a sample rate below 250 times the natural frequency. In a building it is that of each floor
+      while the others are at rest;
+    - a droop without ``compensation.supply_correction``, if the displacement's error at the lowest pressure
+      exceeds its limit;
+    - biased sensors that trip the protection within a second at rest;
+    - a command that begins with a jump, if the feedforward demands more flow than the valve passes;
+    - a known overlap whose ratio to the rms opening exceeds ``verdict.caution.force_error``;
+    - a play of the attachment whose error exceeds that or ``verdict.caution.oscillation``.
 
     Parameters
     ----------

@@ -121,7 +121,7 @@ def identify(
     null : sequence of path-like
         ``spool`` and ``displacement`` of an actuator without load, slow strokes of the spool near null, one
         file per run: gives ``servovalve.overlap`` and ``servovalve.null_bias``. The flow curve is then fitted
-        behind the overlap.
+        to the openings less the overlap.
     flow : sequence of path-like
         ``spool`` and ``displacement`` of an actuator without load, one file per run (Fig. 4b): gives
         ``servovalve.flow_table`` and ``compensation.flow_gain``. The curve contains unequal areas, so

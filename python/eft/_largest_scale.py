@@ -44,7 +44,7 @@ def largest_scale(
     sample_rate: float | None = None,
     tolerance: float = 0.01,
 ) -> LargestScale:
-    """Find the largest factor on a record whose test on the virtual rig gets an ok verdict.
+    """Find the largest factor on a record whose test on the virtual rig is usable: its verdict is not "no".
 
     Factors are doubled or halved from 1 until one test is usable and the next is not. The interval between
     them is then bisected. If the verdict is not monotonic in the factor, the result is the end of one

@@ -13,7 +13,7 @@ from eft._native import Rig
 
 @dataclass(frozen=True)
 class ForceLoopEstimate:
-    """What a force loop depends on."""
+    """Valve, oil and sensor latencies of a force loop."""
 
     force_delay: Estimate
     """Latency of the load cell, s."""

@@ -13,7 +13,7 @@ from eft._native import Rig
 
 @dataclass(frozen=True)
 class LoadCellEstimate:
-    """Gains of the sensors, from each other."""
+    """The gain of the load cell, and the ratios of the sensors' gains."""
 
     gain: Estimate
     """Reading of the load cell over the force; divide the calibration of the load cell by it."""
