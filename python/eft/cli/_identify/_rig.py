@@ -64,7 +64,7 @@ def friction(file: Path, rig: Path, output: Path | None, as_json: bool, **data: 
 @data_options
 @as_json
 def force_loop(file: Path, rig: Path, output: Path | None, as_json: bool, **data: Any) -> None:
-    """Find what the force loop depends on in a sweep to 40 Hz with the whole rig in FILE."""
+    """Find valve, oil and sensor latencies in FILE, a sweep to 40 Hz with the whole rig."""
     traces = read_data(file, rig=rig, **data)
     signals = traces["valve_command"], traces["spool"], traces["velocity"], traces["force"]
     known = read_rig(rig, {})
