@@ -29,7 +29,7 @@ pub(crate) struct MissingOpening<T> {
 integrity!(MissingOpening<T>: missing, size, variance, covariance, known);
 
 impl<T: Real> MissingOpening<T> {
-    /// Adds what is missing at an opening (1), with this share (1) of all that is known.
+    /// Adds what is missing at an opening (1), with this share (1) of the samples and the time before them.
     #[inline(always)]
     pub(super) fn add(&mut self, missing: T, opened: T, share: T) {
         let (size, most) = (self.size_of(opened), T::splat(LARGEST_BIAS));
@@ -122,7 +122,7 @@ mod tests {
             let opening = 0.2 * libm::sin(f64::from(n) * 0.01);
             missing.add(bias, opening - bias, period / (0.1 + period * f64::from(n + 1)));
             if n % 500 == 0 {
-                // The rest of the mean is a tenth of a second without a bias.
+                // The rest is a tenth of a second without a bias.
                 let time = period * f64::from(n + 1);
                 let found = missing.null_bias();
                 assert!((found - bias * time / (0.1 + time)).abs() < 1e-9, "{n}: {found}");
