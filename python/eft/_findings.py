@@ -271,7 +271,7 @@ def of_protection(
             "caution",
             f"The level protection.force_trip = {form(level)} is {100 * level / capacity:.1f} % of the "
             f"actuator's capacity, advised at least {100 * LEAST_LEVEL:.1f} % "
-            f"({form(LEAST_LEVEL * capacity)}): on random rigs 23 % of the faults of the load cell drove the "
+            f"({form(LEAST_LEVEL * capacity)}): on random rigs 22 % of the faults of the load cell drove the "
             "force beyond 1.75 times lower levels, and 2.6 % beyond 1.75 times this one.",
         )
     own = floor_frequencies(rig)
