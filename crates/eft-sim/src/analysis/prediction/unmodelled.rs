@@ -58,7 +58,7 @@ pub(super) fn not_learned(rig: &RigConfig) -> Vec<(&'static str, RigConfig)> {
 pub struct Play {
     /// Force error (rms over rms, 1), about.
     pub error: f64,
-    /// Force amplitude (N) of a lasting oscillation of the oil column under a small command; 0 if there is none.
+    /// Force amplitude (N) of a sustained oscillation of the oil column under a small command; 0 if there is none.
     pub oscillation: f64,
 }
 
