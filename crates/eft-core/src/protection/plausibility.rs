@@ -33,9 +33,6 @@ use sums::follow;
 const ASTRAY: f64 = 0.5;
 /// Time (s) in which the low-passes settle to 2 %. The fast balance begins then.
 const SETTLED: f64 = 8.0e-3;
-/// Time (s) over which the null bias is averaged, and the time without a bias with which its mean begins.
-const MEMORY: f64 = 4.0;
-const BEFORE: f64 = 0.03;
 
 /// A plausibility watch's immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,7 @@ use crate::cause::Cause;
 use crate::number::Real;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, Signal, VELOCITY};
 use crate::protection::plausibility::{
-    AGAINST, BALANCE, BEFORE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
+    AGAINST, BALANCE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
 };
 use crate::signals::Input;
 
@@ -55,7 +55,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
         let [valve, oil] = state.by_flow;
         let velocities = [state.derivative.first, valve, oil];
-        let unknown = T::splat(BEFORE) / (T::splat(BEFORE) + state.age);
+        let unknown = state.missing.unknown();
         let sums = &mut state.reversal;
         let reversed = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
         if !(reversed && self.spool_follows(state)) {

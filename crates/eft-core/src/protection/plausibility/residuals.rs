@@ -3,7 +3,7 @@
 use crate::learning::ModelFlow;
 use crate::number::Real;
 use crate::protection::plausibility::sums::{envelope, follow, rest};
-use crate::protection::plausibility::{BEFORE, Known, MEMORY, Plausibility, PlausibilityState, SETTLED};
+use crate::protection::plausibility::{Known, Plausibility, PlausibilityState, SETTLED};
 use crate::signals::Input;
 
 /// Share of the flow that a wrong calibration may leave, from the bounds of the self-calibration and the curve's error.
@@ -50,6 +50,9 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             *force_low = input.force;
         }
         let settles = state.age < T::splat(SETTLED);
+        if settles {
+            state.age = state.age + self.period;
+        }
         let leaked = self.leakage * input.force;
         let taken = follow(piston_low, self.low, self.area * speed + leaked);
         let before = *force_low;
@@ -157,16 +160,12 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         spool: T,
         known: &Known<T>,
     ) {
-        if state.age < T::splat(MEMORY) {
-            state.age = state.age + self.period;
-        }
         let ([_, led, ..], [_, _, _, drift, ..]) = (state.valve, self.drift);
         let larger = if spool.abs() > led.abs() { spool.abs() } else { led.abs() };
         let follows = (spool - led).abs() <= T::splat(VALVE) * larger + drift;
         // Beyond the table the flow has no slope.
         if slope > T::splat(0.0) && (follows | !known.valve_command.is_finite()) {
-            let share = self.period / (T::splat(BEFORE) + state.age);
-            state.missing.add(residual / slope, spool - self.null_bias, share);
+            state.missing.add(residual / slope, spool - self.null_bias, self.period);
         }
     }
 

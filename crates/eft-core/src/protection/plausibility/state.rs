@@ -65,7 +65,7 @@ pub(crate) struct PlausibilityState<T> {
     pub(super) has_force: bool,
     pub(super) has_displacement: bool,
     pub(super) load_pressure: LoadPressureState<T>,
-    /// Time (s) of the samples with a flow balance, up to [`MEMORY`], whether or not they teach a missing opening.
+    /// Time (s) since the first sample with a flow balance, until the low-passes have settled.
     pub(super) age: T,
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening.
     pub(super) missing: MissingOpening<T>,

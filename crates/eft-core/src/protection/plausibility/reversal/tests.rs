@@ -3,6 +3,7 @@
 use super::*;
 use crate::parameters::{Levels, Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
 use crate::protection::gate::{FORCE, SPOOL};
+use crate::protection::plausibility::null::MissingOpening;
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
 /// The watch of the paper's rig with a derivative of the displacement, with round limits.
@@ -26,11 +27,21 @@ fn watch() -> Plausibility<f64, 21> {
 /// A velocity (m/s) by the displacement, and those by the flows of valve and oil, 0.9 s after the start. The spool follows
 /// its command.
 fn moving(velocity: f64, valve: f64, oil: f64) -> PlausibilityState<f64> {
-    let mut state = PlausibilityState { by_flow: [valve, oil], age: 0.9, ..PlausibilityState::default() };
+    let mut state =
+        PlausibilityState { by_flow: [valve, oil], missing: known_for(0.9), ..Default::default() };
     state.derivative.first = velocity;
     state.valve[1] = 0.1;
     state.signals[SPOOL].last = 0.2;
     state
+}
+
+/// A null bias of zero that is known from some time (s).
+fn known_for(time: f64) -> MissingOpening<f64> {
+    let mut missing = MissingOpening::default();
+    if time > 0.0 {
+        missing.add(0.0, 0.0, time);
+    }
+    missing
 }
 
 /// The ticks until the displacement is found to have the wrong sign, at most a thousand.
@@ -71,9 +82,9 @@ fn a_velocity_against_the_flows_is_of_the_displacement() {
     assert_eq!(ticks(&mut moving(-0.025, 0.02, 0.0), true, false), Some(105));
     assert_eq!(ticks(&mut moving(0.2, 0.3, 0.0), true, true), None);
     // At the start the null bias is not known, and after 0.03 s half of it is.
-    for (age, found) in [(0.0, None), (0.03, Some(134)), (0.4, Some(105)), (4.0, Some(105))] {
-        let mut state = PlausibilityState { age, ..moving(-0.025, 0.02, 0.0) };
-        assert_eq!(ticks(&mut state, true, false), found, "{age}");
+    for (time, found) in [(0.0, None), (0.03, Some(134)), (0.4, Some(105)), (4.0, Some(105))] {
+        let mut state = PlausibilityState { missing: known_for(time), ..moving(-0.025, 0.02, 0.0) };
+        assert_eq!(ticks(&mut state, true, false), found, "{time}");
     }
 }
 
