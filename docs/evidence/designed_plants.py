@@ -1,8 +1,8 @@
 """The designed loop on random plants: errors below 20 Hz and of the displacement, and where the ratio misses.
 
 ``python docs/evidence/designed_plants.py [COUNT]`` runs the tests and adds a row a rig to
-``data/designed_plants.csv``, continuing after the last row (two seconds of one core per rig). The causes were
-sought with 128 rigs of seed 20051; this seed was drawn afterwards, and no setting was chosen with it.
+``data/designed_plants.csv``, continuing after the last row (two seconds of one core per rig). No setting
+was chosen with this seed.
 """
 
 import sys
