@@ -17,7 +17,8 @@ pub(crate) const SPOOL: usize = 3;
 pub(crate) struct SensorGate<T> {
     /// In the signals' units.
     pub(crate) jump: [T; 4],
-    /// Further distance of the displacement (m) with each lost sample, if the velocity is estimated.
+    /// The same of a displacement (m) from which the velocity is estimated, and its further distance with each lost sample.
+    pub(crate) near: T,
     pub(crate) bend: T,
     /// Jump of the force (N) that friction may add near a reversal, and the velocity (m/s) below which a reversal is near.
     pub(crate) friction: T,
@@ -33,7 +34,7 @@ pub(crate) struct SensorGate<T> {
     /// Number of readings in a row that must agree with their prediction after several that jumped.
     pub(crate) returns: u32,
 }
-integrity!(SensorGate<T>: jump, bend, friction, reversing, still, forgetting, chance, share, returns);
+integrity!(SensorGate<T>: jump, near, bend, friction, reversing, still, forgetting, chance, share, returns);
 
 /// The gate's state of one signal. `default()` is that before the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -172,12 +173,12 @@ impl<T: Real> SensorGate<T> {
     /// Largest jump of a displacement from which the velocity is estimated. A slower converter repeats a reading after a
     /// step of more than one sample's path, and such a step follows its repetitions.
     #[inline(always)]
-    pub(crate) fn path(&self, jump: T, signal: &Signal<T>, reading: T) -> T {
+    pub(crate) fn path(&self, signal: &Signal<T>, reading: T) -> T {
         let ripple = T::splat(RIPPLE) * signal.slope.abs();
         if reading == signal.last && (signal.repeats > 0 || signal.step.abs() > ripple) {
             return T::splat(f32::MAX as f64);
         }
-        jump + self.bend * T::from_u32(signal.lost) + ripple * T::from_u32(signal.repeats)
+        self.near + self.bend * T::from_u32(signal.lost) + ripple * T::from_u32(signal.repeats)
     }
 
     /// Largest jump of the force at a velocity (m/s); friction changes its sign with it.

@@ -139,8 +139,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         // An estimate of the velocity must not follow it to zero.
         let estimates = !self.senses_velocity | velocity_distrusted;
         let stands = estimates && self.gate.stands(displacement, still, input.displacement);
-        let path =
-            if self.senses_velocity { path } else { self.gate.path(path, displacement, input.displacement) };
+        let path = if estimates { self.gate.path(displacement, input.displacement) } else { path };
         let path = if stands { T::splat(-1.0) } else { path };
         let jumps = [of_force, path, second, third];
         let each = state.signals.iter_mut().zip(jumps).zip(self.gate.still).zip(readings);

@@ -156,12 +156,9 @@ macro_rules! constructor {
                 let noise = 1.33 * deviations;
                 let senses_velocity = matches!(p.velocity_source, VelocitySource::Sensor);
                 let near = NEAR * velocity * FASTEST / (SLOPE * rate);
-                let path = if senses_velocity { swing * displacement } else { near };
-                let far = if protection.displacement.trip < LARGEST {
-                    noise * displacement_noise + path
-                } else {
-                    f32::MAX as f64
-                };
+                // Without a level every reading is within reach.
+                let limited = protection.displacement.trip < LARGEST;
+                let reach = if limited { noise * displacement_noise } else { f32::MAX as f64 };
                 let low = share(CORNER, rate);
                 let flow_noise = area * velocity_noise + greatest * spool_noise;
                 // Three standard deviations of white noise after the low-pass, and the range of the sums of the
@@ -212,11 +209,12 @@ macro_rules! constructor {
                     gate: SensorGate {
                         jump: [
                             (HELD * (noise * force_noise + swing * force)) as $t,
-                            far as $t,
+                            (reach + swing * displacement) as $t,
                             (noise * velocity_noise + motion * velocity) as $t,
                             (noise * spool_noise + swing * spool) as $t,
                         ],
-                        bend: if senses_velocity { 0.0 } else { near as $t },
+                        near: (reach + near) as $t,
+                        bend: near as $t,
                         friction: (FRICTION * capacity) as $t,
                         reversing: (REVERSING * velocity) as $t,
                         still: [

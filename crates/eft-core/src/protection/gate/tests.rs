@@ -5,6 +5,7 @@ use super::*;
 fn gate() -> SensorGate<f64> {
     SensorGate {
         jump: [1.0; 4],
+        near: 0.0,
         bend: 0.0,
         friction: 0.0,
         reversing: 0.0,
@@ -340,10 +341,10 @@ fn friction_counts_below_its_velocity() {
 
 #[test]
 fn a_slower_converter_repeats_a_displacement_and_then_jumps() {
-    let gate = SensorGate { bend: 0.1, ..gate() };
+    let gate = SensorGate { near: 1.0, bend: 0.1, ..gate() };
     let path = |step: f64, repeats: u32, lost: u32, reading: f64| {
         let signal = Signal { last: 5.0, slope: -2.0, step, repeats, lost, seen: true, ..Signal::default() };
-        gate.path(1.0, &signal, reading)
+        gate.path(&signal, reading)
     };
     // A repetition passes after a step of more than 1.5 slopes, or after another one.
     for (step, repeats, passes) in [(3.1, 0, true), (-3.1, 0, true), (2.9, 0, false), (0.0, 1, true)] {

@@ -81,6 +81,7 @@ mod tests {
         LoadPressureWatch { area: AREA, jump: 3.0e5, still: 1.0, tolerance: 500.0, late: 2.0, limit: 0.5 };
     const GATE: SensorGate<f64> = SensorGate {
         jump: [0.0; 4],
+        near: 0.0,
         bend: 0.0,
         friction: 0.0,
         reversing: 0.0,

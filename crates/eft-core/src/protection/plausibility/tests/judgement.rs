@@ -117,13 +117,14 @@ fn a_force_jumps_while_it_is_lost_to_the_gate() {
     }
 }
 
-/// Whether a reading this far from its prediction passes the gate of a watch without a velocity sensor, after lost samples
-/// and with a fading step of the velocity (m/s).
-fn passes(lost: u32, step: f64, of: usize, beyond: f64) -> bool {
-    let mut watch = Plausibility { senses_velocity: false, kick: 10.0, ..watch() };
-    (watch.gate.jump[FORCE], watch.gate.jump[DISPLACEMENT], watch.gate.bend) = (100.0, 1e-3, 2e-4);
-    watch.gate.reversing = 0.0;
-    let mut state = PlausibilityState { step, ..PlausibilityState::default() };
+/// Whether a reading this far from its prediction passes the gate of a watch, after lost samples and with a fading step of
+/// the velocity (m/s). The velocity may have a sensor, and may be distrusted.
+fn passes([senses, distrusts]: [bool; 2], lost: u32, step: f64, of: usize, beyond: f64) -> bool {
+    let mut watch = Plausibility { senses_velocity: senses, kick: 10.0, ..watch() };
+    (watch.gate.jump[FORCE], watch.gate.jump[DISPLACEMENT]) = (100.0, 5e-3);
+    (watch.gate.near, watch.gate.bend, watch.gate.reversing) = (1e-3, 2e-4, 0.0);
+    let distrusted = [false, false, distrusts, false];
+    let mut state = PlausibilityState { step, distrusted, ..PlausibilityState::default() };
     for signal in &mut state.signals {
         (signal.seen, signal.lost) = (true, lost);
     }
@@ -135,14 +136,19 @@ fn passes(lost: u32, step: f64, of: usize, beyond: f64) -> bool {
 
 #[test]
 fn the_gate_widens_with_lost_samples_and_while_the_valve_follows_another_velocity() {
+    let estimated = [false, false];
     for lost in [0, 1, 2] {
         let most = 1e-3 + f64::from(lost) * 2e-4;
-        assert!(passes(lost, 0.0, DISPLACEMENT, 0.999 * most), "{lost}");
-        assert!(!passes(lost, 0.0, DISPLACEMENT, 1.001 * most), "{lost}");
+        for (velocity, most) in [(estimated, most), ([true, true], most), ([true, false], 5e-3)] {
+            assert!(passes(velocity, lost, 0.0, DISPLACEMENT, 0.999 * most), "{velocity:?} {lost}");
+            assert!(!passes(velocity, lost, 0.0, DISPLACEMENT, 1.001 * most), "{velocity:?} {lost}");
+        }
     }
     for step in [0.0, 0.5, -0.5] {
         let most = 100.0 + 10.0 * f64::abs(step);
-        assert!(passes(0, step, FORCE, 0.999 * most) && !passes(0, step, FORCE, 1.001 * most), "{step}");
+        for (beyond, pass) in [(0.999 * most, true), (1.001 * most, false)] {
+            assert_eq!(passes(estimated, 0, step, FORCE, beyond), pass, "{step} {beyond}");
+        }
     }
 }
 
