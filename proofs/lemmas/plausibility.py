@@ -10,8 +10,14 @@ from lemmas.bounds import untouched
 #: Upper limit of the counts.
 MOST = 1 << 20
 SIGNALS = range(4)
-#: All but those of motion and ratio, whose limits increase with the motion.
-SUMS = (0, 1, 3, 4, 6)
+#: All but those of travel and ratio, whose limits increase with the motion.
+SUMS = (
+    ("balance", "slow"),
+    ("balance", "fast"),
+    ("balance", "turned"),
+    ("stroke", "difference"),
+    ("stroke", "against"),
+)
 READINGS = ("force", "displacement", "velocity", "spool")
 
 
@@ -20,13 +26,22 @@ def counts(watch) -> Bool:
     return all_of((signal.lost <= MOST) & (signal.repeats <= MOST) for signal in signals)
 
 
+def named(watch) -> list:
+    """The sums, or their limits."""
+    return [getattr(getattr(watch, part), name) for part, name in SUMS]
+
+
+def summed(watch) -> list:
+    """All sums."""
+    return [*named(watch), watch.motion.travel, watch.motion.ratio]
+
+
 def sums(v: Case, watch) -> Bool:
     """Between 0 and twice their limit."""
-    limits = v.config.plausibility.Some.__0.limit
-    most = {n: v.run.compute("fmul", limits[n], Float.of(2.0, v.size)) for n in SUMS}
-    return all_of(
-        sum_.within(0.0, most[n]) for n in SUMS for sum_ in (watch.sums[n].above, watch.sums[n].below)
-    )
+    two, limits = Float.of(2.0, v.size), named(v.config.plausibility.Some.__0)
+    most = [v.run.compute("fmul", limit, two) for limit in limits]
+    sides = [(sum_.above, sum_.below) for sum_ in named(watch)]
+    return all_of(side.within(0.0, limit) for pair, limit in zip(sides, most, strict=True) for side in pair)
 
 
 def given(v: Case) -> Formulas:
@@ -39,7 +54,7 @@ def given(v: Case) -> Formulas:
         "digital": c.controller.realization.same(0) & c.realization.same(0),
         "counts": counts(v.state.plausibility),
         "sums": sums(v, v.state.plausibility),
-        "limits": all_of(c.plausibility.Some.__0.limit[n].within(0.0, 1e30) for n in SUMS),
+        "limits": all_of(limit.within(0.0, 1e30) for limit in named(c.plausibility.Some.__0)),
     }
 
 
@@ -70,7 +85,9 @@ def sums_shows(v: Case) -> Formulas:
     # Where the velocity is estimated, a lost reading of it does not matter.
     lost = v.input.force.is_nan() | v.input.displacement.is_nan() | v.input.spool.is_nan()
     return {
-        "a lost reading leaves them": lost.implies(untouched(before.sums, after.sums)),
+        "a lost reading leaves them": lost.implies(
+            all_of(untouched(*pair) for pair in zip(summed(before), summed(after), strict=True))
+        ),
         "they stay bounded": sums(v, after),
     }
 

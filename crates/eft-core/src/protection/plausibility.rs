@@ -6,12 +6,16 @@
 //! possible errors of the calibration is subtracted from each residual before the sum. Without a velocity sensor a fourth
 //! comparison notices a displacement of the wrong sign.
 
+mod balance;
 mod blame;
+mod following;
 mod load_pressure;
+mod missing;
+mod motion;
 mod null;
-mod residuals;
 mod reversal;
 mod state;
+mod stroke;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -24,15 +28,16 @@ use crate::protection::gate::SensorGate;
 use crate::signals::Input;
 use crate::status;
 use crate::velocity::FilteredDerivative;
+pub(super) use balance::BalanceLimits;
+pub(super) use following::Following;
 pub(super) use load_pressure::LoadPressureWatch;
+pub(super) use motion::MotionLimits;
 pub(super) use reversal::ReversalWatch;
 pub(crate) use state::PlausibilityState;
-use sums::follow;
+pub(super) use stroke::StrokeLimits;
 
 /// Share of the limits that is enough if the force is far from its command.
 const ASTRAY: f64 = 0.5;
-/// Time (s) in which the low-passes settle to 2 %. The fast balance begins then.
-const SETTLED: f64 = 8.0e-3;
 
 /// A plausibility watch's immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,35 +61,22 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) valve_gain: T,
     /// The known null bias (1), from which the valve's flow depends on the spool.
     pub(crate) null_bias: T,
-    /// Coefficients (1): the residuals' low-pass and high-pass, the valve's lag, the valve's low-pass.
+    /// Coefficients (1): the low-pass of the residuals, that of velocity and difference before their ratio is compared, and
+    /// that of the spool before it is compared with its command.
     pub(super) low: T,
-    pub(super) high: T,
-    pub(super) lag: T,
-    pub(super) slow: T,
-    /// Shares of the envelopes that remain in a sample, for the fast residual and for the others.
-    pub(super) fast_decay: T,
-    pub(super) decay: T,
-    /// Residuals by noise and offsets, of flow and fast flow (m³/s), motion (m/s), opening and its direction (1), and ratio
-    /// (m/s). Limits of the sums.
-    pub(super) drift: [T; 6],
-    pub(super) limit: [T; 7],
-    /// Largest time (s) between velocity and displacement.
-    pub(super) late: T,
-    /// Coefficient (1) of the low-pass of velocity and difference, before their ratio is compared.
     pub(super) fine: T,
-    /// The same of the velocity by the flow balance.
-    pub(super) moved: T,
-    pub(super) reversal: ReversalWatch<T>,
-    /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's, if the velocity is estimated.
-    pub(super) kick: T,
+    pub(super) slow: T,
+    /// Share (1) of the envelopes that remains in a sample.
+    pub(super) decay: T,
     /// Reciprocal of the velocity (s/m) below which the direction has a smaller weight.
     pub(super) per_reversal: T,
-    /// Share (1) of the step between two sources of the velocity that remains after a sample.
-    pub(super) fade: T,
-    /// The brake's largest force (N), and the reciprocal of the velocity (s/m) from which on it has this force.
-    pub(super) brake: [T; 2],
-    /// Flow (m³/s) that an overlap of the spool may block.
-    pub(super) null_drift: T,
+    pub(super) balance: BalanceLimits<T>,
+    pub(super) motion: MotionLimits<T>,
+    pub(super) stroke: StrokeLimits<T>,
+    pub(super) reversal: ReversalWatch<T>,
+    pub(super) following: Following<T>,
+    /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's, if the velocity is estimated.
+    pub(super) kick: T,
     /// Difference (N) at which the force counts as far from its command.
     pub(super) astray: T,
     /// Changes of command (N) and displacement (m) at which a working sensor must have changed.
@@ -92,17 +84,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, high, lag, slow, fast_decay, decay, drift, limit, late, fine, moved, reversal, kick, per_reversal, fade, brake, null_drift, astray, evidence, load_pressure);
-
-/// The residuals, in the order of their arrays: flow, fast flow, motion, stroke, force's direction, motion's ratio,
-/// spool's direction.
-pub(super) const BALANCE: usize = 0;
-pub(super) const FAST: usize = 1;
-pub(super) const TRAVEL: usize = 2;
-pub(super) const STROKE: usize = 3;
-pub(super) const TURNED: usize = 4;
-pub(super) const RATIO: usize = 5;
-pub(super) const AGAINST: usize = 6;
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, fine, slow, decay, per_reversal, balance, motion, stroke, reversal, following, kick, astray, evidence, load_pressure);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -132,7 +114,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let [_, displacement, velocity, _] = &state.signals;
         let speed = if self.senses_velocity { velocity.last } else { state.velocity };
         // A velocity that was wrong makes a true force jump, until the valve has followed the other source.
-        let of_force = self.gate.jump_of_force(of_force, speed) + self.kick * state.step.abs();
+        let of_force = self.gate.jump_of_force(of_force, speed) + self.kick * state.followed.step.abs();
         let [path, second, third] = far;
         let [_, still, ..] = self.gate.still;
         let [_, _, velocity_distrusted, _] = state.distrusted;
@@ -158,19 +140,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         velocity: T,
         known: &Known<T>,
     ) -> Cause {
-        if input.displacement.is_finite() {
-            if !state.has_displacement {
-                // The displacement before the first sample is unknown.
-                state.derivative = self.derivative.at_rest(input.displacement);
-                state.has_displacement = true;
-            }
-            state.velocity = self.derivative.step(&mut state.derivative, input.displacement);
-        }
-        if velocity.is_finite() {
-            let [first, second] = &mut state.smooth;
-            let once = follow(first, self.low, velocity);
-            follow(second, self.low, once);
-        }
+        self.filter(state, input.displacement, velocity);
         self.pass_through_valve(state, known);
         let valid = input.force.is_finite() & input.spool.is_finite();
         let flow = valid.then(|| self.valve_flow(input, known));
@@ -203,7 +173,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let (Some(flow), true, false) =
             (flow, velocity.is_finite() & input.displacement.is_finite(), questioned)
         else {
-            state.goes_on = false;
+            state.motion.goes_on = false;
             self.learn_null_without_force(state, input, known);
             return Cause::None;
         };
@@ -215,6 +185,25 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let cause = self.contradiction(state, if astray { ASTRAY } else { 1.0 });
         state.by_balance |= cause == Cause::ForceImplausible;
         cause
+    }
+
+    /// Adds a tick to the sums of flow, motion and stroke, and to the missing opening.
+    #[inline(always)]
+    fn sum_up(
+        &self,
+        state: &mut PlausibilityState<T>,
+        input: &Input<T>,
+        velocity: T,
+        flow: &ModelFlow<T>,
+        known: &Known<T>,
+    ) {
+        let speed = T::splat(0.5) * (velocity + state.motion.last_velocity);
+        state.motion.last_velocity = velocity;
+        let residual = self.add_flow(state, input, speed, flow, known);
+        let slope = known.flow_gain * (flow.root * flow.slope);
+        self.add_motion(state, speed, input.displacement, [residual, slope]);
+        self.add_stroke(state, input.spool, known);
+        self.average(state, [residual, slope], input.spool, known);
     }
 
     /// Compares the force with the load pressure, if that is measured. Returns what contradicts now, and a flag if the
@@ -236,106 +225,10 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         (if contradicts && cause == Cause::None { Cause::ForceImplausible } else { cause }, flag)
     }
 
-    /// The velocity (m/s) to follow. After a change of its source the step between the two fades in the valve's delay,
-    /// because the lead network would respond to the step with a peak of the valve command.
-    #[inline(always)]
-    pub(crate) fn bridge(&self, state: &mut PlausibilityState<T>, velocity: T, source: u32) -> T {
-        if !velocity.is_finite() {
-            return velocity;
-        }
-        if source != state.source {
-            (state.source, state.step) = (source, state.followed - velocity);
-        }
-        state.step = self.fade * state.step;
-        state.followed = velocity + state.step;
-        state.followed
-    }
-
-    /// The velocity (m/s) to follow if that of the sensor may be wrong. It is the displacement's derivative, with what the
-    /// derivative's low-passes remove: the sensor's share above their corner, in the direction in which the two agree.
-    #[inline(always)]
-    pub(crate) fn agreed(&self, state: &PlausibilityState<T>, velocity: T) -> T {
-        let ([_, smooth], slow, one) = (state.smooth, state.velocity, T::splat(1.0));
-        let [_, _, distrusted, _] = state.distrusted;
-        if distrusted | !velocity.is_finite() {
-            return slow;
-        }
-        let direction = |velocity: T| (self.per_reversal * velocity).limit(-one, one);
-        slow + direction(slow) * direction(smooth) * (velocity - smooth)
-    }
-
-    /// The force (N) of the brake at a share (1) of it, in the direction of the velocity. It acts against the motion, as
-    /// friction does. A low-pass keeps the oil column's oscillation out of it.
-    #[inline(always)]
-    pub(crate) fn brake(&self, state: &mut PlausibilityState<T>, velocity: T, share: T) -> T {
-        if velocity.is_finite() {
-            follow(&mut state.braked, self.fine, velocity);
-        }
-        let [force, per_velocity] = self.brake;
-        let one = T::splat(1.0);
-        share * force * (per_velocity * state.braked).limit(-one, one)
-    }
-
-    /// The velocity (m/s) of the piston by the missing opening and an opening (1) that a calibration adds, at this spool
-    /// opening (1). A calibration that corrects the flow curve corrects its asymmetry as well.
-    #[inline(always)]
-    pub(crate) fn velocity_of_missing(
-        &self,
-        state: &PlausibilityState<T>,
-        added: T,
-        spool: T,
-        corrects: bool,
-    ) -> T {
-        let opening = spool - self.null_bias;
-        let excess = added + if corrects { state.missing.null_bias() } else { state.missing.at(opening) };
-        let slope = self.model.flow(opening, opening, T::splat(0.0), T::splat(1.0)).slope;
-        slope * excess / self.area
-    }
-
-    /// Whether the piston has hardly moved of late, so that there is no motion to follow.
-    #[inline(always)]
-    pub(crate) fn rests(&self, state: &PlausibilityState<T>) -> bool {
-        let [.., of_motion, _] = state.envelopes;
-        self.per_reversal * of_motion < T::splat(1.0)
-    }
-
     /// The flow through the measured opening.
     #[inline(always)]
     fn valve_flow(&self, input: &Input<T>, known: &Known<T>) -> ModelFlow<T> {
         let opened = input.spool - self.null_bias;
         self.model.flow(opened, opened, input.force, known.supply)
-    }
-
-    /// Adds a tick to the velocity by the flow balance. The oil's flow belongs to it: without it the piston would seem to
-    /// follow the valve, and the compensation would follow itself.
-    #[inline(always)]
-    fn move_by_flow(
-        &self,
-        state: &mut PlausibilityState<T>,
-        [force, spool]: [T; 2],
-        flow: &ModelFlow<T>,
-        known: &Known<T>,
-    ) {
-        // The force before the first sample is unknown.
-        let before = if state.has_force { state.last_force } else { force };
-        let oil = self.oil * self.rate * (force - before);
-        let missing = state.missing.at(spool - self.null_bias);
-        let passed = known.flow_gain * (flow.root * (flow.at_no_load + flow.slope * missing));
-        let [valve, pressure] = &mut state.by_flow;
-        follow(valve, self.moved, (passed - self.leakage * force) / self.area);
-        follow(pressure, self.moved, oil / self.area);
-        (state.last_force, state.has_force) = (force, true);
-    }
-
-    /// The opening that should follow from the valve command.
-    #[inline(always)]
-    fn pass_through_valve(&self, state: &mut PlausibilityState<T>, known: &Known<T>) {
-        if known.valve_command.is_finite() {
-            let one = T::splat(1.0);
-            let asked = (known.valve_gain * self.valve_gain * known.valve_command).limit(-one, one);
-            let [first, opening, ..] = &mut state.valve;
-            let asked = follow(first, self.lag, asked);
-            follow(opening, self.lag, asked);
-        }
     }
 }

@@ -5,7 +5,9 @@ use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, range, withi
 use crate::learning::FlowModel;
 use crate::parameters::{Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
 use crate::protection::gate::SensorGate;
-use crate::protection::plausibility::{LoadPressureWatch, Plausibility, ReversalWatch};
+use crate::protection::plausibility::{
+    BalanceLimits, Following, LoadPressureWatch, MotionLimits, Plausibility, ReversalWatch, StrokeLimits,
+};
 use crate::velocity::FilteredDerivative;
 
 /// Corner (Hz) of the residuals, and of the velocity that replaces a sensor's.
@@ -244,41 +246,46 @@ macro_rules! constructor {
                     valve_gain: valve_gain as $t,
                     null_bias: check!(null_bias(p)) as $t,
                     low: low as $t,
-                    high: share(ABOVE, rate) as $t,
-                    lag: (1.0 / (1.0 + lag)) as $t,
-                    slow: share(SLOW, rate) as $t,
-                    fast_decay: (1.0 - share(1.6, rate)) as $t,
-                    decay: (1.0 - share(1.0, rate)) as $t,
-                    drift: [
-                        (behind * flow_noise + OFFSET * greatest) as $t,
-                        (behind * flow_noise + FAST_OFFSET * greatest) as $t,
-                        (behind * velocity_noise) as $t,
-                        (behind * spool_noise + 0.03) as $t,
-                        (behind * spool_noise) as $t,
-                        ratio_drift as $t,
-                    ],
-                    limit: [
-                        (1.5 * area * balance + wandering) as $t,
-                        (FRICTION * capacity * compressibility / area + wandering) as $t,
-                        travel as $t,
-                        2.0e-3,
-                        (TURNED * FRICTION * capacity * compressibility / area + wandering) as $t,
-                        ratio as $t,
-                        AGAINST as $t,
-                    ],
-                    late: LATE as $t,
                     fine: fine as $t,
-                    moved: share(MOVED, rate) as $t,
+                    slow: share(SLOW, rate) as $t,
+                    decay: (1.0 - share(1.0, rate)) as $t,
+                    per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
+                    balance: BalanceLimits {
+                        high: share(ABOVE, rate) as $t,
+                        fast_decay: (1.0 - share(1.6, rate)) as $t,
+                        drift: (behind * flow_noise + OFFSET * greatest) as $t,
+                        fast_drift: (behind * flow_noise + FAST_OFFSET * greatest) as $t,
+                        null_drift: (OVERLAP * greatest) as $t,
+                        slow: (1.5 * area * balance + wandering) as $t,
+                        fast: (FRICTION * capacity * compressibility / area + wandering) as $t,
+                        turned: (TURNED * FRICTION * capacity * compressibility / area + wandering) as $t,
+                    },
+                    motion: MotionLimits {
+                        drift: (behind * velocity_noise) as $t,
+                        ratio_drift: ratio_drift as $t,
+                        travel: travel as $t,
+                        ratio: ratio as $t,
+                        late: LATE as $t,
+                    },
+                    stroke: StrokeLimits {
+                        lag: (1.0 / (1.0 + lag)) as $t,
+                        drift: (behind * spool_noise + 0.03) as $t,
+                        against_drift: (behind * spool_noise) as $t,
+                        difference: 2.0e-3,
+                        against: AGAINST as $t,
+                    },
+                    following: Following {
+                        moved: share(MOVED, rate) as $t,
+                        fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
+                        brake: braking as $t,
+                        per_braked: (1.0 / (BRAKED * velocity)) as $t,
+                    },
                     reversal: ReversalWatch {
                         slow: offset as $t,
                         drift: (0.25 * offset) as $t,
                         limit: turns as $t,
                     },
                     kick: if senses_velocity { 0.0 } else { (area * area / (compressibility * rate)) as $t },
-                    per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
-                    fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
-                    brake: [braking as $t, (1.0 / (BRAKED * velocity)) as $t],
-                    null_drift: (OVERLAP * greatest) as $t,
                     astray: (10.0 * force_noise + 0.15 * force) as $t,
                     evidence: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],
                     load_pressure,

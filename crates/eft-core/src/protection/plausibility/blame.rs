@@ -3,9 +3,8 @@
 use crate::cause::Cause;
 use crate::number::Real;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, Signal, VELOCITY};
-use crate::protection::plausibility::{
-    AGAINST, BALANCE, FAST, Plausibility, PlausibilityState, RATIO, STROKE, TRAVEL, TURNED,
-};
+use crate::protection::plausibility::motion::Motion;
+use crate::protection::plausibility::{Plausibility, PlausibilityState};
 use crate::signals::Input;
 
 /// The displacement is blamed for a ratio only if the velocity fits the flow better, by this share of the mean square of the
@@ -38,43 +37,6 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             (_, _, _, Some(false)) => Cause::DisplacementLost,
             _ => Cause::None,
         }
-    }
-
-    /// Adds a tick to the sums of wrong signs on a rig without a velocity sensor, and returns whether the displacement has the
-    /// wrong sign: see [`reversal`](super::reversal).
-    #[inline(always)]
-    pub(super) fn notices_reversal(
-        &self,
-        state: &mut PlausibilityState<T>,
-        astray: bool,
-        tripped: bool,
-    ) -> bool {
-        let [force, displacement, _, spool] = state.distrusted;
-        if self.senses_velocity | force | displacement | spool {
-            return false;
-        }
-        let [valve, oil] = state.by_flow;
-        let velocities = [state.derivative.first, valve, oil];
-        let unknown = state.missing.unknown();
-        let sums = &mut state.reversal;
-        let reversed = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
-        if !(reversed && self.spool_follows(state)) {
-            return false;
-        }
-        if state.force_jumped() {
-            // A wrong velocity makes a true force jump.
-            let [force, ..] = &mut state.signals;
-            force.restart();
-        }
-        true
-    }
-
-    /// Whether the spool is on the side of its command, and not frozen.
-    #[inline(always)]
-    fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
-        let ([.., spool], [_, opening, ..]) = (&state.signals, state.valve);
-        let same = (spool.last - self.null_bias) * (opening - self.null_bias) > T::splat(0.0);
-        same && !self.is_frozen(spool)
     }
 
     /// A signal whose noise has stopped, or that repeats although it should have moved.
@@ -130,18 +92,22 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// for those of flow balance, stroke and the spool's direction.
     #[inline(always)]
     pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
-        let beyond = |n: usize, share: f64| self.is_beyond(state, n, share);
+        let (balance, stroke) = (&state.balance, &state.stroke);
+        let slow = |share| balance.slow.is_beyond(self.balance.slow, share);
+        let fast = || balance.fast.is_beyond(self.balance.fast, share);
+        let turned = || balance.turned.is_beyond(self.balance.turned, share);
+        let differs = |share| stroke.difference.is_beyond(self.stroke.difference, share);
         let [_, displacement, velocity, spool] = &state.signals;
-        if beyond(TRAVEL, share) {
+        if self.travels_beyond(state, share) {
             self.of_motion(state)
-        } else if beyond(RATIO, share) {
+        } else if self.ratio_is_beyond(state, share) {
             self.of_ratio(state)
-        } else if beyond(AGAINST, 1.0) {
+        } else if stroke.against.is_beyond(self.stroke.against, 1.0) {
             Cause::SpoolImplausible
-        } else if beyond(TURNED, share) || beyond(FAST, share) {
+        } else if turned() || fast() {
             if self.is_frozen(spool) {
                 Cause::SpoolImplausible
-            } else if beyond(TRAVEL, 0.3) || self.is_frozen(velocity) {
+            } else if self.travels_beyond(state, 0.3) || self.is_frozen(velocity) {
                 match self.of_motion(state) {
                     // These flows contain the velocity's sensor only: a displacement that moves does not change them.
                     // An estimated velocity contains the displacement.
@@ -155,16 +121,16 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             } else {
                 Cause::ForceImplausible
             }
-        } else if beyond(BALANCE, 1.0) {
-            if beyond(TRAVEL, 0.3) {
+        } else if slow(1.0) {
+            if self.travels_beyond(state, 0.3) {
                 self.of_motion(state)
-            } else if beyond(STROKE, 0.05) || self.is_frozen(spool) {
+            } else if differs(0.05) || self.is_frozen(spool) {
                 Cause::SpoolImplausible
             } else {
                 Cause::FlowImplausible
             }
-        } else if beyond(STROKE, 1.0) {
-            if beyond(BALANCE, 0.1) { Cause::SpoolImplausible } else { Cause::ValveImplausible }
+        } else if differs(1.0) {
+            if slow(0.1) { Cause::SpoolImplausible } else { Cause::ValveImplausible }
         } else {
             Cause::None
         }
@@ -175,38 +141,22 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     fn of_motion(&self, state: &PlausibilityState<T>) -> Cause {
         let [_, displacement, velocity, _] = &state.signals;
         let of_displacement = !self.is_frozen(velocity)
-            && (self.is_frozen(displacement) || state.evidence.is_of_displacement());
+            && (self.is_frozen(displacement) || state.motion.evidence.is_of_displacement());
         if of_displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible }
     }
 
     /// Whether a reading repeats, or is too still for its noise.
     #[inline(always)]
-    fn is_frozen(&self, signal: &Signal<T>) -> bool {
+    pub(super) fn is_frozen(&self, signal: &Signal<T>) -> bool {
         signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN))
-    }
-
-    /// Whether a sum is beyond a share of its limit.
-    #[inline(always)]
-    pub(super) fn is_beyond(&self, state: &PlausibilityState<T>, of: usize, share: f64) -> bool {
-        // What a delay between velocity and displacement may have added.
-        let ([.., moved, _], [speed, ..], [of_motion, of_ratio]) = (state.lows, state.fine, &state.began);
-        let late = match of {
-            TRAVEL => of_motion.allowed(self.late, moved),
-            RATIO => of_ratio.allowed(self.late, speed.abs()),
-            _ => [T::splat(0.0); 2],
-        };
-        match (state.sums.get(of), self.limit.get(of)) {
-            (Some(sum), Some(limit)) => sum.excess(late) > T::splat(share) * *limit,
-            _ => false,
-        }
     }
 
     /// Velocity and displacement differ by a ratio. If the flow does not decide, the larger one is distrusted, because a
     /// velocity that is too small leaves damping.
     #[inline(always)]
     fn of_ratio(&self, state: &PlausibilityState<T>) -> Cause {
-        let [.., ratio, _] = &state.sums;
-        let told = state.worse < -(T::splat(CLEARLY) * self.area * state.swept);
+        let Motion { ratio, worse, swept, .. } = &state.motion;
+        let told = *worse < -(T::splat(CLEARLY) * self.area * *swept);
         if told | (ratio.below > ratio.above) {
             Cause::DisplacementImplausible
         } else {

@@ -8,6 +8,7 @@
 
 use crate::integrity::integrity;
 use crate::number::Real;
+use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
 /// Share of the oil's flow that a stiffness from 0.63 to 1.5 times the configured one leaves, and the share that counts if
 /// the force is far from its command: 0.8 to 1.33 times.
@@ -47,7 +48,7 @@ impl<T: Real> ReversalWatch<T> {
     /// displacement has the wrong sign. A share (1) of the null bias is not known yet. The force may be far from its
     /// command, and the protection may have tripped.
     #[inline(always)]
-    pub(super) fn add(
+    fn add(
         &self,
         sums: &mut Reversal<T>,
         period: T,
@@ -72,6 +73,44 @@ impl<T: Real> ReversalWatch<T> {
         let of_force = add(&mut sums.force, oil * (velocity - valve));
         let limit = T::splat(if tripped { TRIPPED } else { 1.0 }) * self.limit;
         of_displacement > limit && of_displacement > of_force
+    }
+}
+
+impl<T: Real, const N: usize> Plausibility<T, N> {
+    /// Adds a tick to the sums of wrong signs on a rig without a velocity sensor, and returns whether the displacement has the
+    /// wrong sign.
+    #[inline(always)]
+    pub(super) fn notices_reversal(
+        &self,
+        state: &mut PlausibilityState<T>,
+        astray: bool,
+        tripped: bool,
+    ) -> bool {
+        let [force, displacement, _, spool] = state.distrusted;
+        if self.senses_velocity | force | displacement | spool {
+            return false;
+        }
+        let velocities = [state.derivative.first, state.by_flow.valve, state.by_flow.oil];
+        let unknown = state.missing.unknown();
+        let sums = &mut state.reversal;
+        let reversed = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
+        if !(reversed && self.spool_follows(state)) {
+            return false;
+        }
+        if state.force_jumped() {
+            // A wrong velocity makes a true force jump.
+            let [force, ..] = &mut state.signals;
+            force.restart();
+        }
+        true
+    }
+
+    /// Whether the spool is on the side of its command, and not frozen.
+    #[inline(always)]
+    fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
+        let ([.., spool], opening) = (&state.signals, state.stroke.opening);
+        let same = (spool.last - self.null_bias) * (opening - self.null_bias) > T::splat(0.0);
+        same && !self.is_frozen(spool)
     }
 }
 

@@ -21,15 +21,11 @@ impl<T: Real> Sum<T> {
         self.above = (self.above + (residual - tolerance)).limit(zero, most);
         self.below = (self.below - (residual + tolerance)).limit(zero, most);
     }
+
+    /// Whether either side is beyond a share of the limit.
     #[inline(always)]
-    pub(super) fn size(&self) -> T {
-        self.excess([T::splat(0.0); 2])
-    }
-    /// The larger side, each without what is allowed for it.
-    #[inline(always)]
-    pub(super) fn excess(&self, [above, below]: [T; 2]) -> T {
-        let (above, below) = (self.above - above, self.below - below);
-        if above > below { above } else { below }
+    pub(super) fn is_beyond(&self, limit: T, share: f64) -> bool {
+        larger(self.above, self.below) > T::splat(share) * limit
     }
 }
 
@@ -53,7 +49,7 @@ impl<T: Real> Began<T> {
         [delay, now]: [T; 2],
     ) {
         let [above, below] = self.allowed(delay, now);
-        sum.add(residual, tolerance, limit + if above > below { above } else { below });
+        sum.add(residual, tolerance, limit + larger(above, below));
         if !(sum.above > T::splat(0.0)) {
             self.above = now;
         }
@@ -62,9 +58,16 @@ impl<T: Real> Began<T> {
         }
     }
 
+    /// Whether either side is beyond a share of the sum's limit and what a delay may have added.
+    #[inline(always)]
+    pub(super) fn is_beyond(&self, sum: &Sum<T>, limit: T, share: f64, [delay, now]: [T; 2]) -> bool {
+        let [above, below] = self.allowed(delay, now);
+        larger(sum.above - above, sum.below - below) > T::splat(share) * limit
+    }
+
     /// What a delay (s) of either sign may have added to the two sides of the sum.
     #[inline(always)]
-    pub(super) fn allowed(&self, delay: T, now: T) -> [T; 2] {
+    fn allowed(&self, delay: T, now: T) -> [T; 2] {
         [self.above, self.below].map(|began| delay * (now - began).abs())
     }
 }
@@ -78,7 +81,7 @@ pub(crate) struct Evidence<T> {
     /// Difference of the velocities (m/s) and residual of the flow (m³/s) at the beginning.
     off: T,
     residual: T,
-    /// As the average of the state's `worse`, but the sum (m⁴/s²) of all samples.
+    /// As the average of the motion's `worse`, but the sum (m⁴/s²) of all samples.
     pub(super) worse: T,
 }
 integrity!(Evidence<T>: off, residual, worse);
@@ -120,6 +123,20 @@ pub(super) fn envelope<T: Real>(state: &mut T, decay: T, value: T) -> T {
     let (size, held) = (value.abs(), decay * *state);
     *state = if size > held { size } else { held };
     *state
+}
+
+/// The larger of two numbers.
+#[inline(always)]
+pub(super) fn larger<T: Real>(a: T, b: T) -> T {
+    if a > b { a } else { b }
+}
+
+/// The opposition of two signals: the smaller of their sizes, negative if they have the same sign.
+#[inline(always)]
+pub(super) fn opposed<T: Real>(a: T, b: T) -> T {
+    let (first, second) = (a.abs(), b.abs());
+    let size = if first < second { first } else { second };
+    if a * b < T::splat(0.0) { size } else { -size }
 }
 
 #[cfg(test)]

@@ -3,13 +3,35 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 mod equations;
+mod growth;
 mod judgement;
 mod null;
 
 use super::*;
 use crate::parameters::Parameters;
 use crate::parameters::{Levels, PlausibilityParameters, ProtectionParameters};
+use crate::protection::plausibility::balance::Balance;
+use crate::protection::plausibility::sums::Sum;
 use crate::table::FlowTable;
+
+/// The sums, in their order.
+pub(super) const BALANCE: usize = 0;
+pub(super) const FAST: usize = 1;
+pub(super) const TRAVEL: usize = 2;
+pub(super) const STROKE: usize = 3;
+pub(super) const TURNED: usize = 4;
+pub(super) const RATIO: usize = 5;
+pub(super) const AGAINST: usize = 6;
+
+pub(super) fn sums(state: &mut PlausibilityState<f64>) -> [&mut Sum<f64>; 7] {
+    let PlausibilityState { balance: Balance { slow, fast, turned, .. }, motion, stroke, .. } = state;
+    [slow, fast, &mut motion.travel, &mut stroke.difference, turned, &mut motion.ratio, &mut stroke.against]
+}
+
+pub(super) fn limits(watch: &mut Plausibility<f64, 21>) -> [&mut f64; 7] {
+    let Plausibility { balance: BalanceLimits { slow, fast, turned, .. }, motion, stroke, .. } = watch;
+    [slow, fast, &mut motion.travel, &mut stroke.difference, turned, &mut motion.ratio, &mut stroke.against]
+}
 
 const RIG: Parameters = Parameters::ZHAO2005;
 const STEP: f64 = 1.0 / RIG.sample_rate;
@@ -130,7 +152,7 @@ fn walk(drift: impl Fn(f64) -> f64) -> f64 {
         ..usual
     };
     let mut watch = watch_of(0.1, &noise);
-    watch.drift[5] = drift(watch.drift[5]);
+    watch.motion.ratio_drift = drift(watch.motion.ratio_drift);
     let mut random = 20051_u64;
     // Twelve uniform numbers have the variance of one.
     let mut deviation = || {
@@ -146,7 +168,8 @@ fn walk(drift: impl Fn(f64) -> f64) -> f64 {
         let velocity = 1.036 * 2e-3 * libm::sin(rate * time) + noise.velocity_noise * deviation();
         let input = Input { force: 0.0, displacement, velocity, spool: 0.0, ..Input::default() };
         watch.sum_up(&mut state, &input, velocity, &watch.valve_flow(&input, &known), &known);
-        largest = f64::max(largest, state.sums[RATIO].size() / watch.limit[RATIO]);
+        let Sum { above, below } = state.motion.ratio;
+        largest = f64::max(largest, f64::max(above, below) / watch.motion.ratio);
     }
     largest
 }

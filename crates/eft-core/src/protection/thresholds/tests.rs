@@ -73,6 +73,7 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
         ..ProtectionParameters::DEFAULT
     };
     let watch = put(&Parameters::ZHAO2005, &protection, &PlausibilityParameters::DEFAULT).unwrap();
+    let Plausibility { balance, motion, stroke, following, .. } = watch;
     let all = [
         ("jumps", &watch.gate.jump[..], &[925.8231, 5.888863e-3, 2.334053e-2, 4.151340e-2][..]),
         ("still", &watch.gate.still, &[7.8, 6.35e-6, 5.25e-5, 5e-5]),
@@ -80,23 +81,19 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
         ("gate", &[watch.gate.forgetting, watch.gate.share], &[1.532805e-3, 8.798962e-2]),
         ("chance", &[watch.gate.chance], &[1.455192e-11]),
         ("oil", &[watch.leakage, watch.oil], &[1.583049e-9, 9.206040e-11]),
-        ("shares", &[watch.low, watch.high, watch.fine], &[0.1156239, 2.274800e-2, 2.274800e-2]),
-        ("valve", &[watch.lag, watch.slow, watch.valve_gain], &[8.517888e-2, 7.640603e-3, 0.1]),
-        ("decays", &[watch.fast_decay, watch.decay, watch.fade], &[0.9975486, 0.9984672, 0.9534451]),
-        (
-            "drifts",
-            &watch.drift,
-            &[4.419913e-4, 8.804801e-6, 1.600741e-4, 3.015245e-2, 1.524515e-4, 2.467811e-04],
-        ),
-        (
-            "limits",
-            &watch.limit,
-            &[2.668963e-5, 1.524783e-7, 3.180331e-4, 2.0e-3, 4.474831e-8, 1.910331e-4, 6e-4],
-        ),
-        ("of velocity", &[watch.per_reversal, watch.late], &[83.33333, 2e-3]),
+        ("shares", &[watch.low, balance.high, watch.fine], &[0.1156239, 2.274800e-2, 2.274800e-2]),
+        ("valve", &[stroke.lag, watch.slow, watch.valve_gain], &[8.517888e-2, 7.640603e-3, 0.1]),
+        ("decays", &[balance.fast_decay, watch.decay, following.fade], &[0.9975486, 0.9984672, 0.9534451]),
+        ("flow's drifts", &[balance.drift, balance.fast_drift], &[4.419913e-4, 8.804801e-6]),
+        ("flow's limits", &[balance.slow, balance.fast], &[2.668963e-5, 1.524783e-7]),
+        ("turned", &[balance.turned, balance.null_drift], &[4.474831e-8, 1.757349e-4]),
+        ("motion's drifts", &[motion.drift, motion.ratio_drift], &[1.600741e-4, 2.467811e-04]),
+        ("motion's limits", &[motion.travel, motion.ratio], &[3.180331e-4, 1.910331e-4]),
+        ("stroke's drifts", &[stroke.drift, stroke.against_drift], &[3.015245e-2, 1.524515e-4]),
+        ("stroke's limits", &[stroke.difference, stroke.against], &[2.0e-3, 6e-4]),
+        ("of velocity", &[watch.per_reversal, motion.late], &[83.33333, 2e-3]),
         ("wrong sign", &[watch.reversal.slow, watch.reversal.limit], &[5.349941e-02, 2.123337e-04]),
         ("its drift", &[watch.reversal.drift], &[1.337485e-02]),
-        ("null", &[watch.null_drift], &[1.757349e-4]),
         ("force", &[watch.astray, watch.evidence[0], watch.evidence[1]], &[3780.0, 1180.0, 6.35e-4]),
         ("rates", &[watch.rate, watch.period, watch.area], &[4096.0, 2.44140625e-4, 8.212e-3]),
     ];
@@ -141,10 +138,10 @@ fn without_levels_capacity_and_greatest_flow_stand_in() {
         ("of the velocity", watch.gate.jump[2], 0.2255218),
         ("of the spool", watch.gate.jump[3], 0.6296747),
         ("chance", watch.gate.chance, 0.125),
-        ("lag", watch.lag, 0.2666667),
-        ("fade", watch.fade, 0.6),
-        ("drift", watch.drift[0], 4.808226e-4),
-        ("limit", watch.limit[0], 2.570526e-5),
+        ("lag", watch.stroke.lag, 0.2666667),
+        ("fade", watch.following.fade, 0.6),
+        ("drift", watch.balance.drift, 4.808226e-4),
+        ("limit", watch.balance.slow, 2.570526e-5),
         ("astray", watch.astray, 2.418420e4),
     ] {
         near(name, found, expected);

@@ -4,26 +4,29 @@
 
 use super::*;
 use crate::protection::plausibility::sums::{Began, Sum};
-use crate::protection::plausibility::tests;
+use crate::protection::plausibility::tests::{
+    self, AGAINST, BALANCE, FAST, RATIO, STROKE, TRAVEL, TURNED, limits, sums,
+};
 
 /// Twelve repetitions are stuck, and more than three lost readings are lost. Each limit is 1.
 fn watch() -> Plausibility<f64, 21> {
-    Plausibility {
-        limit: [1.0; 7],
+    let mut watch = Plausibility {
         repeats: 12,
         lost_samples: 3,
         period: 1e-3,
         area: 2.0,
         evidence: [100.0, 0.01],
         ..tests::watch()
-    }
+    };
+    limits(&mut watch).into_iter().for_each(|limit| *limit = 1.0);
+    watch
 }
 
 /// A state with these sums, in the order of the residuals, and these sensors frozen.
-fn with(sums: &[(usize, f64)], frozen: &[usize]) -> PlausibilityState<f64> {
+fn with(sizes: &[(usize, f64)], frozen: &[usize]) -> PlausibilityState<f64> {
     let mut state = PlausibilityState::default();
-    for (of, size) in sums {
-        state.sums[*of].above = *size;
+    for (of, size) in sizes {
+        sums(&mut state)[*of].above = *size;
     }
     for sensor in frozen {
         state.signals[*sensor].repeats = 12;
@@ -133,12 +136,12 @@ fn the_flow_decides_between_velocity_and_displacement() {
         (0.1, Cause::VelocityImplausible),
     ] {
         let mut state = with(&[(TRAVEL, 1.01)], &[]);
-        state.evidence.worse = worse;
+        state.motion.evidence.worse = worse;
         assert_eq!(watch().contradiction(&state, 1.0), cause, "{worse}");
     }
     // A displacement that does not move is wrong even if the flow tells otherwise.
     let mut state = with(&[(TRAVEL, 1.01)], &[DISPLACEMENT]);
-    state.evidence.worse = 0.1;
+    state.motion.evidence.worse = 0.1;
     assert_eq!(watch().contradiction(&state, 1.0), Cause::DisplacementImplausible);
 }
 
@@ -154,19 +157,22 @@ fn a_delay_widens_the_limits_of_motion_and_ratio_only() {
     ] {
         for (step, beyond) in [(-0.01, false), (0.01, true)] {
             let mut state = PlausibilityState::default();
-            (state.lows[3], state.fine[0]) = (-5.0, -6.0);
-            state.began = [Began { above: 25.0, below: 5.0 }, Began { above: 13.0, below: 1.0 }];
-            let watch = Plausibility { late: 0.02, ..watch() };
-            state.sums[of].above = limits[0] + step;
-            assert_eq!(watch.is_beyond(&state, of, share), beyond, "above: {of} {share} {step}");
-            state.sums[of] = Sum { above: 0.0, below: limits[1] + step };
-            assert_eq!(watch.is_beyond(&state, of, share), beyond, "below: {of} {share} {step}");
+            (state.motion.velocity, state.motion.fine_velocity) = (-5.0, -6.0);
+            state.motion.travel_began = Began { above: 25.0, below: 5.0 };
+            state.motion.ratio_began = Began { above: 13.0, below: 1.0 };
+            let mut watch = watch();
+            watch.motion.late = 0.02;
+            let contradicts = |state: &_| watch.contradiction(state, share) != Cause::None;
+            sums(&mut state)[of].above = limits[0] + step;
+            assert_eq!(contradicts(&state), beyond, "above: {of} {share} {step}");
+            *sums(&mut state)[of] = Sum { above: 0.0, below: limits[1] + step };
+            assert_eq!(contradicts(&state), beyond, "below: {of} {share} {step}");
         }
     }
     // Either side of a sum counts.
     let mut state = PlausibilityState::default();
-    state.sums[FAST].below = 1.01;
-    assert!(watch().is_beyond(&state, FAST, 1.0) && !watch().is_beyond(&state, FAST, 1.1));
+    state.balance.fast.below = 1.01;
+    assert_eq!([1.0, 1.1].map(|share| watch().contradiction(&state, share) != Cause::None), [true, false]);
 }
 
 #[test]
@@ -181,8 +187,8 @@ fn of_a_ratio_the_larger_signal_is_blamed_unless_the_flow_clearly_tells() {
         (1.1, 1.1, 0.0, false),
     ] {
         let mut state = PlausibilityState::default();
-        (state.sums[RATIO].above, state.sums[RATIO].below) = (above, below);
-        (state.worse, state.swept, state.envelopes[4]) = (worse, 4.0, 9.0);
+        state.motion.ratio = Sum { above, below };
+        (state.motion.worse, state.motion.swept, state.motion.fastest) = (worse, 4.0, 9.0);
         let cause = if displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible };
         assert_eq!(watch().contradiction(&state, 1.0), cause, "{above} {below} {worse}");
     }

@@ -27,10 +27,10 @@ fn watch() -> Plausibility<f64, 21> {
 /// A velocity (m/s) by the displacement, and those by the flows of valve and oil, 0.9 s after the start. The spool follows
 /// its command.
 fn moving(velocity: f64, valve: f64, oil: f64) -> PlausibilityState<f64> {
-    let mut state =
-        PlausibilityState { by_flow: [valve, oil], missing: known_for(0.9), ..Default::default() };
+    let mut state = PlausibilityState { missing: known_for(0.9), ..PlausibilityState::default() };
+    (state.by_flow.valve, state.by_flow.oil) = (valve, oil);
     state.derivative.first = velocity;
-    state.valve[1] = 0.1;
+    state.stroke.opening = 0.1;
     state.signals[SPOOL].last = 0.2;
     state
 }
@@ -94,7 +94,7 @@ fn what_a_force_or_a_spool_of_wrong_sign_explains_is_not_of_the_displacement() {
     assert_eq!(ticks(&mut moving(0.2, 0.05, 0.15), true, false), None);
     let changes: [fn(&mut PlausibilityState<f64>); 6] = [
         |state| state.signals[SPOOL].last = -0.2,
-        |state| state.valve[1] = -0.1,
+        |state| state.stroke.opening = -0.1,
         |state| state.signals[SPOOL].repeats = 1000,
         |state| state.distrusted[0] = true,
         |state| state.distrusted[1] = true,

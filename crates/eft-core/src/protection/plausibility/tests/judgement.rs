@@ -22,7 +22,7 @@ const REST: Input<f64> = Input {
 /// A state with this share of a sum's limit.
 fn with(of: usize, share: f64) -> PlausibilityState<f64> {
     let mut state = PlausibilityState::default();
-    state.sums[of].above = share * watch().limit[of];
+    sums(&mut state)[of].above = share * *limits(&mut watch())[of];
     state
 }
 
@@ -100,10 +100,11 @@ fn far_from_its_command_is_further_than_ten_deviations_and_a_part_of_the_trip_le
 fn only_after_a_sample_without_a_lost_or_distrusted_reading_the_motion_continues() {
     for (force, distrusted, goes_on) in [(0.0, false, true), (f64::NAN, false, false), (0.0, true, false)] {
         for before in [true, false] {
-            let mut state = PlausibilityState { goes_on: before, ..Default::default() };
+            let mut state = PlausibilityState::default();
+            state.motion.goes_on = before;
             state.distrusted[VELOCITY] = distrusted;
             assert_eq!(judged(&mut state, 0.0, force), Cause::None);
-            assert_eq!(state.goes_on, goes_on, "{force} {distrusted}");
+            assert_eq!(state.motion.goes_on, goes_on, "{force} {distrusted}");
         }
     }
 }
@@ -124,7 +125,8 @@ fn passes([senses, distrusts]: [bool; 2], lost: u32, step: f64, of: usize, beyon
     (watch.gate.jump[FORCE], watch.gate.jump[DISPLACEMENT]) = (100.0, 5e-3);
     (watch.gate.near, watch.gate.bend, watch.gate.reversing) = (1e-3, 2e-4, 0.0);
     let distrusted = [false, false, distrusts, false];
-    let mut state = PlausibilityState { step, distrusted, ..PlausibilityState::default() };
+    let mut state = PlausibilityState { distrusted, ..PlausibilityState::default() };
+    state.followed.step = step;
     for signal in &mut state.signals {
         (signal.seen, signal.lost) = (true, lost);
     }

@@ -2,6 +2,7 @@
 
 use super::equations::{FORCE, PERIOD, SPOOL, before, flows, input, known, near, round, summed};
 use super::*;
+use crate::protection::plausibility::following::ByFlow;
 use crate::protection::plausibility::null::MissingOpening;
 
 /// The missing opening of `before()` after a sample with this opening, at the spool's opening.
@@ -20,7 +21,9 @@ fn the_residual_over_the_slope_is_the_missing_opening() {
     for age in [0.0, 1.0] {
         let oil = if age > 0.0 { oil } else { 0.0 };
         let opening = (taken + oil - passed) / (1.2 * root * slope);
-        let state = summed(&round(), PlausibilityState { age, ..before() });
+        let mut state = before();
+        state.balance.age = age;
+        let state = summed(&round(), state);
         let expected = after(opening);
         near("null bias", state.null_bias(), expected.null_bias());
         near("at an opening", state.missing.at(0.3), expected.at(0.3));
@@ -43,7 +46,7 @@ fn a_new_beginning_keeps_what_is_known_of_the_null_bias() {
 fn a_spool_away_from_its_command_shows_no_missing_opening() {
     for (led, valve_command, learns) in [(0.17, 1.0, true), (-0.2, 1.0, false), (-0.2, f64::NAN, true)] {
         let mut with_force = before();
-        with_force.valve[1] = led;
+        with_force.stroke.opening = led;
         let mut without = PlausibilityState { distrusted: [true, false, false, false], ..with_force };
         let (watch, known) = (round(), Known { valve_command, ..known() });
         watch.sum_up(&mut with_force, &input(), 0.3, &watch.valve_flow(&input(), &known), &known);
@@ -96,21 +99,18 @@ fn the_velocity_by_the_flow_balance_contains_null_bias_leakage_and_oil() {
     for (has_force, before_force) in [(false, FORCE), (true, 3.0)] {
         // Also before the first balanced sample, as after a new beginning with a distrusted sensor.
         let mut state = PlausibilityState {
-            age: 0.0,
-            missing: before().missing,
-            has_force,
-            last_force: 3.0,
-            by_flow: [0.03, 0.01],
+            by_flow: ByFlow { valve: 0.03, oil: 0.01, force: 3.0, has_force },
             ..before()
         };
+        state.balance.age = 0.0;
         let flow = watch.valve_flow(&input(), &known);
         let missing = state.missing.at(SPOOL);
         watch.move_by_flow(&mut state, [FORCE, SPOOL], &flow, &known);
         let passed = 1.2 * (flow.root * (flow.at_no_load + missing * flow.slope));
         let oil = watch.oil * watch.rate * (FORCE - before_force);
         let velocity = (passed - watch.leakage * FORCE - oil) / 2.0;
-        near("velocity", state.velocity_by_flow(), 0.02 + watch.moved * (velocity - 0.02));
-        near("force", state.last_force, FORCE);
+        near("velocity", state.velocity_by_flow(), 0.02 + watch.following.moved * (velocity - 0.02));
+        near("force", state.by_flow.force, FORCE);
     }
 }
 
@@ -118,7 +118,7 @@ fn the_velocity_by_the_flow_balance_contains_null_bias_leakage_and_oil() {
 fn a_piston_rests_below_the_velocity_of_a_reversal() {
     let mut state = before();
     for (fastest, rests) in [(1.4, true), (1.5, false)] {
-        state.envelopes[4] = fastest;
+        state.motion.fastest = fastest;
         assert_eq!(round().rests(&state), rests, "{fastest}");
     }
 }

@@ -1,11 +1,7 @@
 //! The growth of the sums in a tick, for signals whose filters and residuals are known in closed form.
 
-#![allow(clippy::indexing_slicing, reason = "a test may panic")]
-
 use super::*;
-use crate::parameters::Parameters;
-use crate::protection::plausibility::tests::{KNOWN, watch};
-use crate::protection::plausibility::{BALANCE, FAST, RATIO, STROKE, TRAVEL, TURNED};
+use crate::protection::plausibility::balance::SETTLED;
 
 const AREA: f64 = 8.212e-3;
 const PERIOD: f64 = 1.0 / 4096.0;
@@ -30,7 +26,7 @@ fn grown(rig: Steady) -> ([[f64; 2]; 7], f64) {
     let known = Known { valve_command: rig.valve_command, ..KNOWN };
     for n in 0..20_000 {
         if n == 19_999 {
-            state.sums = Default::default();
+            sums(&mut state).into_iter().for_each(|sum| *sum = Sum::default());
         }
         // A steady flow that is missing would be taken for a null bias.
         state.missing = Default::default();
@@ -39,7 +35,7 @@ fn grown(rig: Steady) -> ([[f64; 2]; 7], f64) {
         let input = Input { command: 0.0, force, displacement, velocity, spool, ..Input::default() };
         watch.judge(&mut state, &input, velocity, &known);
     }
-    (state.sums.map(|sum| [sum.above, sum.below]), state.worse)
+    (sums(&mut state).map(|sum| [sum.above, sum.below]), state.motion.worse)
 }
 
 fn near(what: &str, found: f64, expected: f64) {
@@ -52,7 +48,7 @@ fn a_steady_flow_is_compared_with_half_of_the_larger_one() {
     // Under 4 kN the valve passes √(1 − 4/156.028) of its flow at 3 V. An error of 5 % of the greatest flow is allowed.
     let passed = AT_THREE_TENTHS * libm::sqrt(1.0 - 4e3 / (AREA * 1.9e7));
     let leaked = 1.3e-11 / AREA * 4e3;
-    let drift = watch().drift[BALANCE];
+    let drift = watch().balance.drift;
     let rig = Steady { force: 4e3, velocity: 0.0, travel: 0.0, spool: 0.3, valve_command: 3.0 };
     let (sums, _) = grown(rig);
     near("held", sums[BALANCE][1], PERIOD * (passed - leaked - 0.5 * passed - drift));
@@ -68,7 +64,7 @@ fn a_steady_flow_is_compared_with_half_of_the_larger_one() {
 
 #[test]
 fn velocity_and_displacement_may_differ_by_a_twentieth() {
-    let [.., drift, _, _, ratio_drift] = watch().drift;
+    let MotionLimits { drift, ratio_drift, .. } = watch().motion;
     let rig = Steady { force: 0.0, velocity: 0.3, travel: 0.2, spool: 0.1, valve_command: 1.0 };
     let (sums, worse) = grown(rig);
     near("travel", sums[TRAVEL][0], PERIOD * (0.1 - 0.05 * 0.3 - drift));
@@ -89,7 +85,7 @@ fn velocity_and_displacement_may_differ_by_a_twentieth() {
 #[test]
 fn spool_and_command_may_differ_by_three_tenths() {
     let rig = Steady { force: 0.0, velocity: 0.0, travel: 0.0, spool: 0.3, valve_command: 1.0 };
-    let drift = watch().drift[STROKE];
+    let drift = watch().stroke.drift;
     near("ahead", grown(rig).0[STROKE][0], PERIOD * (0.2 - 0.3 * 0.3 - drift));
     let behind = grown(Steady { spool: 0.1, valve_command: 4.0, ..rig }).0[STROKE];
     near("behind", behind[1], PERIOD * (0.3 - 0.3 * 0.4 - drift));
@@ -100,11 +96,12 @@ fn spool_and_command_may_differ_by_three_tenths() {
 /// The sums after the first tick from a long rest, in which force (N) and spool (1) step: only the means over the tick pass.
 fn first(force: f64, spool: f64, fast_velocity: bool) -> [[f64; 2]; 7] {
     let watch = Plausibility { fast_velocity, ..watch() };
-    let mut state = PlausibilityState { age: SETTLED, ..PlausibilityState::default() };
+    let mut state = PlausibilityState::default();
+    state.balance.age = SETTLED;
     let known = KNOWN;
     let input = Input { command: 0.0, force, displacement: 0.0, velocity: 0.0, spool, ..Input::default() };
     watch.sum_up(&mut state, &input, 0.0, &watch.valve_flow(&input, &known), &known);
-    state.sums.map(|sum| [sum.above, sum.below])
+    sums(&mut state).map(|sum| [sum.above, sum.below])
 }
 
 #[test]
@@ -122,7 +119,7 @@ fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
         let oil = compressibility / AREA * 4096.0 * low * force;
         // Within 3 % of null an overlap may block the flow.
         let hidden = overlap * once * passed;
-        let drift = watch().drift[FAST];
+        let drift = watch().balance.fast_drift;
         let residual = twice * (taken + oil - passed);
         let [above, below] = first(force, opening, true)[FAST];
         let tolerance = twice * (0.2 * passed + 0.6 * oil.abs()) + drift + hidden;
@@ -147,7 +144,7 @@ fn an_opening_near_null_counts_whole_and_fades_with_the_high_pass() {
     let mut near_null = |spool: f64| {
         let input = Input { command: 0.0, force: 0.0, displacement: 0.0, spool, ..Input::default() };
         watch.sum_up(&mut state, &input, 0.0, &watch.valve_flow(&input, &known), &known);
-        state.near_null
+        state.balance.near_null
     };
     near("within 3 %", near_null(-0.029), 1.0);
     near("beyond", near_null(0.031), 1.0 - 0.02274800);

@@ -1,0 +1,137 @@
+//! The motion that is followed after a fault: by which velocity, and with which brake.
+
+use crate::integrity::integrity;
+use crate::learning::ModelFlow;
+use crate::number::Real;
+use crate::protection::plausibility::sums::follow;
+use crate::protection::plausibility::{Known, Plausibility, PlausibilityState};
+
+/// Coefficients of the followed motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Following<T> {
+    /// Coefficient (1) of the low-pass of the velocity by the flow balance.
+    pub(in crate::protection) moved: T,
+    /// Share (1) of the step between two sources of the velocity that remains after a sample.
+    pub(in crate::protection) fade: T,
+    /// The brake's largest force (N), and the reciprocal of the velocity (s/m) from which on it has this force.
+    pub(in crate::protection) brake: T,
+    pub(in crate::protection) per_braked: T,
+}
+integrity!(Following<T>: moved, fade, brake, per_braked);
+
+/// The followed motion.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub(crate) struct Followed<T> {
+    /// The last velocity (m/s), and the remaining step from the previous source (m/s).
+    pub(super) velocity: T,
+    pub(super) step: T,
+    /// The low-passed velocity (m/s) of the brake.
+    pub(super) braked: T,
+    /// The velocity's source.
+    pub(super) source: u32,
+}
+integrity!(Followed<T>: velocity, step, braked, source);
+
+/// The velocity by the flow balance.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub(crate) struct ByFlow<T> {
+    /// The low-passed velocities (m/s) by the flows of valve and oil.
+    pub(super) valve: T,
+    pub(super) oil: T,
+    /// The last force (N), and whether there has been one.
+    pub(super) force: T,
+    pub(super) has_force: bool,
+}
+integrity!(ByFlow<T>: valve, oil, force, has_force);
+
+impl<T: Real, const N: usize> Plausibility<T, N> {
+    /// Adds a tick's displacement (m) and velocity (m/s) to the derivative, and to the low-passes that delay as it does.
+    #[inline(always)]
+    pub(super) fn filter(&self, state: &mut PlausibilityState<T>, displacement: T, velocity: T) {
+        if displacement.is_finite() {
+            if !state.has_displacement {
+                // The displacement before the first sample is unknown.
+                state.derivative = self.derivative.at_rest(displacement);
+                state.has_displacement = true;
+            }
+            state.velocity = self.derivative.step(&mut state.derivative, displacement);
+        }
+        if velocity.is_finite() {
+            let [first, second] = &mut state.smooth;
+            let once = follow(first, self.low, velocity);
+            follow(second, self.low, once);
+        }
+    }
+
+    /// The velocity (m/s) to follow. After a change of its source the step between the two fades in the valve's delay,
+    /// because the lead network would respond to the step with a peak of the valve command.
+    #[inline(always)]
+    pub(crate) fn bridge(&self, state: &mut PlausibilityState<T>, velocity: T, source: u32) -> T {
+        let followed = &mut state.followed;
+        if !velocity.is_finite() {
+            return velocity;
+        }
+        if source != followed.source {
+            (followed.source, followed.step) = (source, followed.velocity - velocity);
+        }
+        followed.step = self.following.fade * followed.step;
+        followed.velocity = velocity + followed.step;
+        followed.velocity
+    }
+
+    /// The velocity (m/s) to follow if that of the sensor may be wrong. It is the displacement's derivative, with what the
+    /// derivative's low-passes remove: the sensor's share above their corner, in the direction in which the two agree.
+    #[inline(always)]
+    pub(crate) fn agreed(&self, state: &PlausibilityState<T>, velocity: T) -> T {
+        let ([_, smooth], slow, one) = (state.smooth, state.velocity, T::splat(1.0));
+        let [_, _, distrusted, _] = state.distrusted;
+        if distrusted | !velocity.is_finite() {
+            return slow;
+        }
+        let direction = |velocity: T| (self.per_reversal * velocity).limit(-one, one);
+        slow + direction(slow) * direction(smooth) * (velocity - smooth)
+    }
+
+    /// The force (N) of the brake at a share (1) of it, in the direction of the velocity. It acts against the motion, as
+    /// friction does. A low-pass keeps the oil column's oscillation out of it.
+    #[inline(always)]
+    pub(crate) fn brake(&self, state: &mut PlausibilityState<T>, velocity: T, share: T) -> T {
+        if velocity.is_finite() {
+            follow(&mut state.followed.braked, self.fine, velocity);
+        }
+        let Following { brake: force, per_braked, .. } = self.following;
+        let one = T::splat(1.0);
+        share * force * (per_braked * state.followed.braked).limit(-one, one)
+    }
+
+    /// Whether the piston has hardly moved of late, so that there is no motion to follow.
+    #[inline(always)]
+    pub(crate) fn rests(&self, state: &PlausibilityState<T>) -> bool {
+        self.per_reversal * state.motion.fastest < T::splat(1.0)
+    }
+
+    /// Adds a tick to the velocity by the flow balance. The oil's flow belongs to it: without it the piston would seem to
+    /// follow the valve, and the compensation would follow itself.
+    #[inline(always)]
+    pub(super) fn move_by_flow(
+        &self,
+        state: &mut PlausibilityState<T>,
+        [force, spool]: [T; 2],
+        flow: &ModelFlow<T>,
+        known: &Known<T>,
+    ) {
+        // The force before the first sample is unknown.
+        let before = if state.by_flow.has_force { state.by_flow.force } else { force };
+        let oil = self.oil * self.rate * (force - before);
+        let missing = state.missing.at(spool - self.null_bias);
+        let passed = known.flow_gain * (flow.root * (flow.at_no_load + flow.slope * missing));
+        let by_flow = &mut state.by_flow;
+        follow(&mut by_flow.valve, self.following.moved, (passed - self.leakage * force) / self.area);
+        follow(&mut by_flow.oil, self.following.moved, oil / self.area);
+        (by_flow.force, by_flow.has_force) = (force, true);
+    }
+}
