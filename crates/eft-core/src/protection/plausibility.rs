@@ -4,7 +4,7 @@
 //! with the displacement's derivative, and the spool compared with its command. The flow has a second residual above
 //! the motion's frequencies, where the oil's flow, and with it the force, has a large part. A dead band for the
 //! possible errors of the calibration is subtracted from each residual before the sum. Without a velocity sensor a fourth
-//! comparison notices a displacement of the wrong sign.
+//! comparison notices a displacement or a force of the wrong sign.
 
 mod balance;
 mod blame;
@@ -148,8 +148,9 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             self.move_by_flow(state, [input.force, input.spool], flow, known);
         }
         let astray = (known.command - input.force).abs() > self.astray;
-        if self.notices_reversal(state, astray, known.tripped) {
-            return Cause::DisplacementImplausible;
+        let reversed = self.reversed(state, astray, known.tripped);
+        if reversed != Cause::None {
+            return reversed;
         }
         let cause = self.lost(state);
         if cause != Cause::None {

@@ -1,4 +1,4 @@
-//! Notices a displacement of the wrong sign on a rig without a velocity sensor.
+//! Notices a displacement or a force of the wrong sign on a rig without a velocity sensor.
 //!
 //! The flows of valve and oil show the motion a second time: v = b − o, with the displacement's derivative v, and the
 //! velocities b and o by the flows of valve and oil. A wrong sign of the displacement makes it −v = b − o, and one of the
@@ -6,6 +6,7 @@
 //! its own. It is divided by |b − o|, or by a least velocity if that is larger, so that it is a path, and a noise of the
 //! displacement adds no more than itself.
 
+use crate::cause::Cause;
 use crate::integrity::integrity;
 use crate::number::Real;
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
@@ -44,8 +45,8 @@ pub(crate) struct Reversal<T> {
 integrity!(Reversal<T>: displacement, force);
 
 impl<T: Real> ReversalWatch<T> {
-    /// Adds a tick's velocities (m/s) by the displacement and by the flows of valve and oil, and returns whether the
-    /// displacement has the wrong sign. A share (1) of the null bias is not known yet. The force may be far from its
+    /// Adds a tick's velocities (m/s) by the displacement and by the flows of valve and oil, and returns which of displacement
+    /// and force has the wrong sign. A share (1) of the null bias is not known yet. The force may be far from its
     /// command, and the protection may have tripped.
     #[inline(always)]
     fn add(
@@ -55,7 +56,7 @@ impl<T: Real> ReversalWatch<T> {
         [velocity, valve, oil]: [T; 3],
         unknown: T,
         [astray, tripped]: [bool; 2],
-    ) -> bool {
+    ) -> Cause {
         let by_flow = valve - oil;
         let size = by_flow.abs();
         let per_flow = T::splat(1.0) / if size > self.slow { size } else { self.slow };
@@ -72,37 +73,40 @@ impl<T: Real> ReversalWatch<T> {
         let of_displacement = add(&mut sums.displacement, -(velocity * by_flow));
         let of_force = add(&mut sums.force, oil * (velocity - valve));
         let limit = T::splat(if tripped { TRIPPED } else { 1.0 }) * self.limit;
-        of_displacement > limit && of_displacement > of_force
+        if of_displacement > limit && of_displacement > of_force {
+            Cause::DisplacementImplausible
+        } else if of_force > limit && of_force > of_displacement {
+            Cause::ForceImplausible
+        } else {
+            Cause::None
+        }
     }
 }
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
-    /// Adds a tick to the sums of wrong signs on a rig without a velocity sensor, and returns whether the displacement has the
-    /// wrong sign.
+    /// Adds a tick to the sums of wrong signs on a rig without a velocity sensor, and returns the sensor that has one.
     #[inline(always)]
-    pub(super) fn notices_reversal(
-        &self,
-        state: &mut PlausibilityState<T>,
-        astray: bool,
-        tripped: bool,
-    ) -> bool {
+    pub(super) fn reversed(&self, state: &mut PlausibilityState<T>, astray: bool, tripped: bool) -> Cause {
         let [force, displacement, _, spool] = state.distrusted;
         if self.senses_velocity | force | displacement | spool {
-            return false;
+            return Cause::None;
         }
         let velocities = [state.derivative.first, state.by_flow.valve, state.by_flow.oil];
         let unknown = state.missing.unknown();
         let sums = &mut state.reversal;
-        let reversed = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
-        if !(reversed && self.spool_follows(state)) {
-            return false;
+        let cause = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
+        let [_, displacement, ..] = &state.signals;
+        // While the displacement shows no motion, all of the valve's flow seems to be the oil's.
+        let unseen = cause == Cause::ForceImplausible && self.is_frozen(displacement);
+        if cause == Cause::None || unseen || !self.spool_follows(state) {
+            return Cause::None;
         }
-        if state.force_jumped() {
+        if cause == Cause::DisplacementImplausible && state.force_jumped() {
             // A wrong velocity makes a true force jump.
             let [force, ..] = &mut state.signals;
             force.restart();
         }
-        true
+        cause
     }
 
     /// Whether the spool is on the side of its command, and not frozen.

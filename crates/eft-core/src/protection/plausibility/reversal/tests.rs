@@ -1,8 +1,9 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use super::*;
+use crate::cause::Cause;
 use crate::parameters::{Levels, Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
-use crate::protection::gate::{FORCE, SPOOL};
+use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL};
 use crate::protection::plausibility::null::MissingOpening;
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
@@ -46,7 +47,12 @@ fn known_for(time: f64) -> MissingOpening<f64> {
 
 /// The ticks until the displacement is found to have the wrong sign, at most a thousand.
 fn ticks(state: &mut PlausibilityState<f64>, astray: bool, tripped: bool) -> Option<u32> {
-    (1..=1000).find(|_| watch().notices_reversal(state, astray, tripped))
+    ticks_of(Cause::DisplacementImplausible, state, astray, tripped)
+}
+
+/// The same of a cause.
+fn ticks_of(cause: Cause, state: &mut PlausibilityState<f64>, astray: bool, tripped: bool) -> Option<u32> {
+    (1..=1000).find(|_| watch().reversed(state, astray, tripped) == cause)
 }
 
 #[test]
@@ -61,7 +67,7 @@ fn a_tick_adds_the_path_that_each_wrong_sign_explains_better() {
         (0.5, 0.1, 0.1, false, 0.0, 0.4 * 2.0 - (0.6 * 0.5 * 2.0 + 0.01)),
     ] {
         let mut state = moving(velocity, valve, oil);
-        watch().notices_reversal(&mut state, astray, false);
+        watch().reversed(&mut state, astray, false);
         let expected = [displacement, force].map(|gain: f64| 1e-3 * gain.max(0.0));
         let found = [state.reversal.displacement, state.reversal.force];
         for (found, expected) in found.into_iter().zip(expected) {
@@ -110,14 +116,29 @@ fn what_a_force_or_a_spool_of_wrong_sign_explains_is_not_of_the_displacement() {
         let mut state = moving(-0.2, 0.3, 0.0);
         let biased = Plausibility { null_bias, ..watch() };
         assert_eq!(
-            (0..1000).any(|_| biased.notices_reversal(&mut state, true, true)),
+            (0..1000).any(|_| biased.reversed(&mut state, true, true) != Cause::None),
             follows,
             "{null_bias}"
         );
     }
     let mut state = moving(-0.2, 0.3, 0.0);
     let with_sensor = Plausibility { senses_velocity: true, ..watch() };
-    assert!((0..1000).all(|_| !with_sensor.notices_reversal(&mut state, true, true)));
+    assert!((0..1000).all(|_| with_sensor.reversed(&mut state, true, true) == Cause::None));
+}
+
+#[test]
+fn a_flow_of_the_oil_against_the_motion_is_of_the_force_unless_the_displacement_is_frozen() {
+    for (astray, tripped, found) in [(false, false, Some(29)), (true, false, Some(7)), (true, true, Some(4))]
+    {
+        for sign in [1.0, -1.0] {
+            let mut state = moving(sign * 0.2, sign * 0.05, sign * 0.15);
+            (state.signals[SPOOL].last, state.stroke.opening) = (sign * 0.2, sign * 0.1);
+            assert_eq!(ticks_of(Cause::ForceImplausible, &mut state, astray, tripped), found, "{sign}");
+        }
+    }
+    let mut frozen = moving(0.2, 0.05, 0.15);
+    frozen.signals[DISPLACEMENT].repeats = 1000;
+    assert_eq!(ticks_of(Cause::ForceImplausible, &mut frozen, true, true), None);
 }
 
 #[test]
@@ -136,9 +157,9 @@ fn the_next_force_is_accepted_after_a_displacement_of_wrong_sign_made_it_jump() 
 fn a_sum_stays_within_a_thousand_limits() {
     let mut state = moving(0.2, 0.3, 0.0);
     state.reversal.displacement = 0.1;
-    watch().notices_reversal(&mut state, false, false);
+    watch().reversed(&mut state, false, false);
     assert!((state.reversal.displacement - (0.1 - 1e-3 * 0.21)).abs() < 1e-15);
     (state.derivative.first, state.reversal.displacement) = (-2e3, 0.5);
-    watch().notices_reversal(&mut state, false, false);
+    watch().reversed(&mut state, false, false);
     assert!((state.reversal.displacement - 1.0).abs() < 1e-15);
 }
