@@ -62,9 +62,15 @@ impl Faded {
         bin as f64 * self.sample_rate / self.length as f64
     }
 
-    /// Factor by which a signal without fading exceeds the faded one at a sample.
-    fn growth(&self, sample: usize) -> f64 {
-        FADED.powf(sample as f64 / self.length as f64)
+    /// Factor by which a signal without fading grows against the faded one from sample to sample.
+    fn growth(&self) -> f64 {
+        FADED.powf(1.0 / self.length as f64)
+    }
+
+    /// The whole factor at each sample.
+    fn grown(&self) -> impl Iterator<Item = f64> {
+        let growth = self.growth();
+        std::iter::successors(Some(1.0), move |grown| Some(grown * growth))
     }
 
     /// A command (N) that goes on after the test, without a jump, until it is silent. A jump to zero would ring before the
@@ -79,17 +85,17 @@ impl Faded {
 
     /// Spectrum of a signal.
     pub(super) fn spectrum(&self, signal: impl IntoIterator<Item = f64>) -> Result<Spectrum> {
-        let signal = signal.into_iter().take(self.length).enumerate();
-        let faded: Vec<f64> = signal.map(|(i, value)| value / self.growth(i)).collect();
+        let signal = signal.into_iter().take(self.length).zip(self.grown());
+        let faded: Vec<f64> = signal.map(|(value, grown)| value / grown).collect();
         Ok(fourier::padded_spectrum(&faded, self.length)?.into_iter().take(self.last + 1).collect())
     }
 
     /// The signal with a spectrum.
     pub(super) fn signal(&self, mut spectrum: Spectrum) -> Result<impl Iterator<Item = f64>> {
         spectrum.resize(self.length / 2 + 1, Complex::ZERO);
-        let (faded, own) = (fourier::signal_of(spectrum, self.length)?, *self);
-        let signal = faded.into_iter().take(self.samples).enumerate();
-        Ok(signal.map(move |(i, value)| own.growth(i) * value / own.length as f64))
+        let (faded, length) = (fourier::signal_of(spectrum, self.length)?, self.length as f64);
+        let signal = faded.into_iter().take(self.samples).zip(self.grown());
+        Ok(signal.map(move |(value, grown)| grown * value / length))
     }
 
     /// Root mean square of the sum of a signal with a spectrum and a constant.
@@ -112,7 +118,7 @@ impl Faded {
     /// The responses of a model at a bin.
     pub(super) fn responses(&self, model: &Responses, bin: usize) -> Result<DMatrix<Complex<f64>>> {
         interruption::check()?;
-        let turn = Complex::from_polar(self.growth(1), TAU * bin as f64 / self.length as f64);
+        let turn = Complex::from_polar(self.growth(), TAU * bin as f64 / self.length as f64);
         model.at(turn).ok_or_else(|| on_a_pole(self.frequency(bin)))
     }
 }
