@@ -3,6 +3,7 @@
 import importlib.util
 import io
 import random
+import re
 import sys
 import zipfile
 
@@ -73,21 +74,22 @@ BUILDING = DIGITAL.replace({"structure.kind": "shear_building", "structure.stori
 
 
 @pytest.fixture(scope="module")
-def each_name_once():
-    """The validator parses a name of a variable only once: most names are those of every FMU."""
+def each_form_once():
+    """The validator parses names of variables that differ in their words only once."""
     parse, legal = lark.Lark.parse, set()
 
     def parse_once(parser, name):
-        if name not in legal:
+        form = re.sub(r"(?<![A-Za-z_0-9'])(?!der\()[A-Za-z_][A-Za-z_0-9]*", "a", name)
+        if form not in legal:
             parse(parser, name)
-            legal.add(name)
+            legal.add(form)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(lark.Lark, "parse", parse_once)
         yield
 
 
-@pytest.mark.usefixtures("each_name_once")
+@pytest.mark.usefixtures("each_form_once")
 @pytest.mark.parametrize("rig", [DIGITAL, BUILDING], ids=["one actuator", "two actuators"])
 @pytest.mark.parametrize("part", ["rig", "controller"])
 def test_a_validator_finds_nothing(rig, part, fmi, tmp_path):
