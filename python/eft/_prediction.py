@@ -46,6 +46,8 @@ class Prediction(NamedTuple):
     play: tuple[float, float]
     """Force error by the play of the attachment, about, rms over rms, and the amplitude in N of the
     oscillation that it sustains where the command is small."""
+    unreached: tuple[tuple[str, float, float], ...]
+    """What self-calibration needs, and the nearest that it reaches; delays in s."""
     left_out: tuple[str, ...]
     """What is not contained: keys of the rig, and the command above 20 or 100 Hz."""
 
@@ -63,6 +65,7 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
         found["null_learned"],
         found["overlap"],
         found["play"],
+        tuple(found["unreached"]),
         tuple(found["left_out"]),
     )
 
@@ -115,6 +118,30 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
             f"compensates for {1e3 * lead:.2g} ms."
         )
         yield Finding(worst(grades), sentence)
+    if grades:
+        yield from (Finding(worst(grades), _of_unreached(rig, rate, *one)) for one in found.unreached)
+
+
+def _of_unreached(rig: Rig, rate: float, what: str, needed: float, nearest: float) -> str:
+    """What self-calibration would need and does not reach."""
+    if what == "rejected":
+        return (
+            f"The flow gain is {needed:.2f} and the valve gain {nearest:.2f} times the configured one. "
+            "Self-calibration takes so small a flow for the fault of a sensor, and learns nothing."
+        )
+    if what == "delay":
+        bound = "longest" if needed > nearest else "shortest"
+        samples = nearest * rate < 2.0 + 1e-6
+        at = "two samples" if samples else f"compensation.learning.{bound}_delay"
+        return (
+            f"Self-calibration needs a response delay of {1e3 * needed:.2g} ms, and the {bound} that it learns "
+            f"is {1e3 * nearest:.2g} ms ({at})."
+        )
+    key = f"compensation.learning.lowest_{what.replace(' ', '_')}"
+    return (
+        f"Self-calibration needs a {what} of {needed:.2f} times the configured one, and the lowest that it "
+        f"learns is {nearest:.2f} ({key})."
+    )
 
 
 def of_droop(rig: Rig, command: Command, lowest: float, found: Prediction) -> Iterator[Finding]:

@@ -3,7 +3,7 @@
 use eft_sim::config::Mode;
 use eft_sim::feasibility::{self, Demand};
 use eft_sim::prediction::{self, PredictedError};
-use eft_sim::{preparation, spectra};
+use eft_sim::{Unreached, preparation, spectra};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyList};
@@ -190,8 +190,9 @@ pub(crate) fn learned(rig: GivenRig, #[pyo3(from_py_with = real_number)] sample_
 /// -------
 /// dict or None
 ///     ``force`` and ``displacement``: the ``whole`` error, and its parts by ``noise`` and by ``constant`` causes, rms
-///     over rms. ``constants``: keys with the rms of the force in N that each causes. ``left_out``: what is not contained,
-///     keys of the rig and the command above 20 or 100 Hz.
+///     over rms. ``constants``: keys with the rms of the force in N that each causes. ``unreached``: what self-calibration
+///     needs, and the nearest that it reaches. ``left_out``: what is not contained, keys of the rig and the command above 20
+///     or 100 Hz.
 #[pyfunction]
 pub(crate) fn predicted_errors<'py>(
     py: Python<'py>,
@@ -211,6 +212,13 @@ pub(crate) fn predicted_errors<'py>(
     answer.set_item("constants", found.constants)?;
     answer.set_item("overlap", found.overlap)?;
     answer.set_item("null_learned", found.null_learned)?;
+    let unreached = found.unreached.iter().map(|one| match *one {
+        Unreached::Rejected(flow, valve) => ("rejected", flow, valve),
+        Unreached::FlowGain(needed, nearest) => ("flow gain", needed, nearest),
+        Unreached::ValveGain(needed, nearest) => ("valve gain", needed, nearest),
+        Unreached::Delay(needed, nearest) => ("delay", needed, nearest),
+    });
+    answer.set_item("unreached", unreached.collect::<Vec<_>>())?;
     answer.set_item("oscillation", found.oscillation)?;
     answer.set_item("play", (found.play.error, found.play.oscillation))?;
     answer.set_item("left_out", found.left_out)?;

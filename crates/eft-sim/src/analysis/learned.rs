@@ -16,22 +16,60 @@ const FREQUENCIES: i32 = 100;
 const BUDGET: (f64, f64) = (0.25, 10.0);
 /// Longest response delay (s) that a rig may have.
 const LONGEST: f64 = 1.0;
+/// Squared error of the learner's models, as a share of the signals' squares (1), above which it learns nothing.
+const REJECTED: f64 = 0.03;
+/// Share of the flow (1) by which the curve correction extends the lowest flow gain.
+const BY_CURVE: f64 = 0.2;
+/// Samples of the shortest response delay.
+const SHORTEST: f64 = 2.0;
+
+/// An estimate that self-calibration needs and does not reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unreached {
+    /// Flow gain and valve gain over the configured ones (1): the learner takes the smaller flow for a fault of a sensor, and
+    /// learns nothing.
+    Rejected(f64, f64),
+    /// A flow gain over the configured one (1), and its lowest.
+    FlowGain(f64, f64),
+    /// A valve gain over the configured one (1), and its lowest.
+    ValveGain(f64, f64),
+    /// A delay (s) of the lead network, and the nearest.
+    Delay(f64, f64),
+}
 
 /// The rig after self-calibration at a sample rate (Hz), with the gains that were designed for the configured
 /// rig. Its lead network has the phase and the amplitude that make valve, controller and velocity exact at the
-/// frequency of the motion. What is not learned, such as the oil and the leakage of the feedforward, stays as configured.
+/// frequency of the motion, as far as the estimates reach. What is not learned, such as the oil and the leakage of the
+/// feedforward, stays as configured.
 ///
 /// # Errors
 /// As [`linearize`]; a design that does not exist at this rate.
 pub fn learned(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
+    Ok(after_learning(rig, sample_rate)?.0)
+}
+
+/// As [`learned`], and what self-calibration needs and does not reach. An excess of flow is not among it, because the guard then
+/// reduces the level.
+pub(crate) fn after_learning(rig: &RigConfig, sample_rate: f64) -> Result<(RigConfig, Vec<Unreached>)> {
     let calibrated = calibrated(rig, sample_rate)?;
     let motion = motion(&calibrated, sample_rate)?;
     let valve = valve_response(rig, motion.angular / TAU) / rig.compensation.valve_gain;
     let passed = valve * motion.used_over_true;
-    // The velocity's delay that is found ends twice the configured response delay above the known one.
+    let level = rig.compensation.level;
+    let share = if level > 0.0 { compensated_share(&calibrated)? / level } else { 1.0 };
+    let (flow_gain, valve_gain) = (share * motion.used_over_true.norm(), valve.norm());
     let known = rig.compensation.velocity_delay + rig.velocity_delay(sample_rate)?;
-    let found = known + 2.0 * rig.compensation.response_delay;
-    let mut unfound = (-motion.used_over_true.arg() / motion.angular - found).max(0.0);
+    if flow_gain * valve_gain < 1.0 && unexplained(flow_gain, valve_gain) > REJECTED {
+        let fixed = rig.with_fixed_gains(sample_rate)?.varied(|values| {
+            values.compensation.adaptive = false;
+            values.compensation.velocity_delay = known;
+        });
+        return Ok((fixed, vec![Unreached::Rejected(flow_gain, valve_gain)]));
+    }
+    // The velocity's delay that is found ends twice the configured response delay above the known one.
+    let velocity_delay = -motion.used_over_true.arg() / motion.angular;
+    let most = known + 2.0 * rig.compensation.response_delay;
+    let mut unfound = (velocity_delay - most).max(0.0);
     let analog = rig.controller.realization == Realization::Analog;
     if analog && rig.controller.force_loop == ForceLoop::Pd {
         // The valve command is measured behind the converter, whose delay must be told.
@@ -39,15 +77,38 @@ pub fn learned(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
     }
     let budget = delay_budget(rig, sample_rate, BUDGET)?;
     let late = budget.hold + budget.computation - unfound;
-    let lead = Lead::with_phase(motion.angular * late - passed.arg(), rig.compensation.lead_alpha);
-    let level = rig.compensation.level;
-    let share = if level > 0.0 { compensated_share(&calibrated)? / level } else { 1.0 };
-    let found_level = level / (share * lead.amplitude * passed.norm());
-    Ok(calibrated.varied(|values| {
-        values.compensation.response_delay = (lead.delay / motion.angular).min(LONGEST);
+    let asked = Lead::with_phase(motion.angular * late - passed.arg(), rig.compensation.lead_alpha);
+    let limits = &rig.compensation.learning;
+    let response_delay = rig.compensation.response_delay;
+    let shortest = (limits.shortest_delay * response_delay).max(SHORTEST / sample_rate);
+    let longest =
+        (limits.longest_delay * response_delay).max(shortest) + velocity_delay.clamp(0.0, most.max(0.0));
+    let wanted = asked.delay / motion.angular;
+    let delay = wanted.clamp(shortest, longest.max(shortest));
+    let lead = Lead::with_delay(motion.angular * delay, rig.compensation.lead_alpha);
+    let by_curve = if rig.compensation.corrects_curve() { 1.0 - BY_CURVE } else { 1.0 };
+    let (least_flow, least_gain) = (by_curve * limits.lowest_flow_gain, limits.lowest_valve_gain);
+    let reached = (flow_gain / least_flow).min(1.0) * (valve_gain / least_gain).min(1.0);
+    let found_level = reached * level / (share * lead.amplitude * passed.norm());
+    let unreached = [
+        (flow_gain < least_flow).then_some(Unreached::FlowGain(flow_gain, limits.lowest_flow_gain)),
+        (valve_gain < least_gain).then_some(Unreached::ValveGain(valve_gain, least_gain)),
+        (delay != wanted).then_some(Unreached::Delay(wanted, delay)),
+    ];
+    let rig = calibrated.varied(|values| {
+        values.compensation.response_delay = delay.min(LONGEST);
         values.compensation.velocity_delay = 0.0;
         values.compensation.level = found_level;
-    }))
+    });
+    Ok((rig, unreached.into_iter().flatten().collect()))
+}
+
+/// Squared error of the learner's models of flow and spool before it has learned these gains (1), as a share of the signals'
+/// squares (1).
+fn unexplained(flow_gain: f64, valve_gain: f64) -> f64 {
+    let spool = valve_gain * valve_gain;
+    let error = (flow_gain - 1.0).powi(2) * spool + (valve_gain - 1.0).powi(2);
+    error / (flow_gain * flow_gain * spool + 2.0 * spool + 1.0)
 }
 
 /// The rig without estimators, and with the flow curve as far as the controller corrects it.
@@ -111,7 +172,12 @@ impl Lead {
         // tan(phase) = x/(1 + lag·(1 + lag)·x²); beyond the largest phase x is that of the largest.
         let (slope, curve) = (phase.min(1.5).tan(), lag * (1.0 + lag));
         let root = (1.0 - 4.0 * slope * slope * curve).max(0.0).sqrt();
-        let delay = (2.0 * slope / (1.0 + root)).min(1.0 / curve.sqrt());
+        Self::with_delay((2.0 * slope / (1.0 + root)).min(1.0 / curve.sqrt()), alpha)
+    }
+
+    /// The network with a delay times the frequency (rad).
+    fn with_delay(delay: f64, alpha: f64) -> Self {
+        let lag = alpha / (1.0 - alpha);
         Self { delay, amplitude: 1.0_f64.hypot(delay * (1.0 + lag)) / 1.0_f64.hypot(delay * lag) }
     }
 }

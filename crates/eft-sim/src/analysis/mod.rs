@@ -5,4 +5,5 @@ mod learned;
 pub mod linear;
 pub mod prediction;
 
-pub use learned::learned;
+pub(crate) use learned::after_learning;
+pub use learned::{Unreached, learned};

@@ -7,8 +7,8 @@ mod unmodelled;
 use self::nonlinear::{NOTICED, Unknown};
 use self::signals::{Faded, Signals, Spectrum};
 pub use self::unmodelled::Play;
-use crate::analysis::learned;
 use crate::analysis::linear::{AboutRest, Complex, FlowGain, StateSpace, about_rest, disturbed};
+use crate::analysis::{Unreached, after_learning};
 use crate::config::{ForceLoop, RigConfig};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
@@ -40,6 +40,8 @@ pub struct Prediction {
     pub overlap: f64,
     /// The play of the attachment. `force` does not contain it.
     pub play: Play,
+    /// What self-calibration needs and does not reach. The errors contain it.
+    pub unreached: Vec<Unreached>,
     /// What is not contained: keys of the rig, and the command above 20 or 100 Hz if it may raise the force's error by a tenth.
     pub left_out: Vec<String>,
 }
@@ -74,11 +76,12 @@ pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Predictio
     let found = |rig: &RigConfig| {
         // An unknown lap disturbs the loop with the known one.
         let told = rig.varied(|values| values.servovalve.overlap = rig.servovalve.overlap);
-        let judged = if learns { learned(&told, rate)? } else { told };
+        let (judged, unreached) = if learns { after_learning(&told, rate)? } else { (told, Vec::new()) };
         let model = disturbed(&judged, FlowGain::Mean, rate)?;
         // Noise acts at every opening of the motion, where the curve is less steep than at rest.
         let at_rest = about_rest(&judged, FlowGain::Nominal, rate)?;
-        errors(rig, &judged, &model, at_rest, commands)
+        let found = errors(rig, &judged, &model, at_rest, commands)?;
+        Ok(found.map(|prediction| Prediction { unreached, ..prediction }))
     };
     let predicted = || {
         let Some(mut prediction) = found(rig)? else { return Ok(None) };
@@ -177,6 +180,7 @@ fn errors(
         null_learned,
         overlap: lap,
         play,
+        unreached: Vec::new(),
         left_out,
     }))
 }
