@@ -59,8 +59,7 @@ class Feasibility(Result):
     force_error: float | None
     """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms. For a
     command with power above 20 Hz it is that below 100 Hz, and with a guard that of a loop in which it does
-    not act. None with self-calibration in a building, with more than half of the power above 20 Hz, or
-    without a stable linear model."""
+    not act. None with more than half of the power above 20 Hz, or without a stable linear model."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
     left_out: tuple[str, ...]
@@ -80,8 +79,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     ``eft check`` runs such a test.
 
     The errors of force and displacement are those of the linear model in the long run, after a
-    self-calibration as far as its estimates reach. A large opening, a limit, or a signal that stays within
-    one step for many samples makes larger errors. They contain:
+    self-calibration as far as its estimates reach. All controllers of a building are taken to learn the same.
+    A large opening, a limit, or a signal that stays within one step for many samples makes larger errors. They
+    contain:
 
     - noise, resolution and bias of the sensors; resolution counts as white noise of the rounding;
     - an unknown null bias of the valve, until an integral part of the force loop has found it. One that
@@ -141,8 +141,6 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
         if droop := list(of_droop(rig, command, found["lowest_supply_pressure"], errors)):
             findings += droop
             left_out = tuple(dict.fromkeys((*left_out, "supply.droop")))
-    elif rig["structure.kind"] == "shear_building" and rig["compensation.adaptive"]:
-        findings.append(Finding("go", _OF_SEVERAL))
     findings.sort(key=lambda one: -GRADES.index(one.grade))
     demands = tuple(Demand(**demand) for demand in found.pop("demands"))
     reasons = tuple(one.sentence for one in findings)
@@ -156,12 +154,6 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
         displacement_error=None if errors is None else errors.displacement.whole,
         left_out=left_out,
     )
-
-
-_OF_SEVERAL = (
-    "The errors are not predicted, because the controllers of several actuators learn different delays. "
-    "A test on the virtual rig shows them."
-)
 
 
 def _left_out(rig: Rig, rate: float) -> tuple[str, ...]:

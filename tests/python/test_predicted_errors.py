@@ -389,16 +389,27 @@ def test_effects_that_no_linear_model_has_are_named_where_they_matter(changes, k
     assert eft.check_feasibility(little, command).left_out == ()
 
 
-def test_a_building_that_learns_has_no_predicted_errors_and_says_so():
+@pytest.mark.parametrize(
+    ("changes", "rate"),
+    [
+        ({}, 4096.0),
+        ({"truth.servovalve.flow_gain_scale": 0.9, "truth.structure.stories.masses": [7000.0, 4000.0]}, 4096.0),
+        ({"controller.velocity_source": "derivative"}, 700.0),
+    ],
+)
+def test_a_building_that_learns_has_the_predicted_errors(changes, rate):
     stories = {"masses": [6000.0, 4000.0], "stiffnesses": [2e6, 1.5e6], "dampings": [5e3, 4e3]}
     rig = RIG.replace(
-        {"structure.kind": "shear_building", "compensation.adaptive": True, "actuator.friction": 100.0}
+        {"structure.kind": "shear_building", "compensation.adaptive": True, "controller.force_loop": "robust"}
+        | {"controller.sample_rate": rate}
         | {f"structure.stories.{key}": values for key, values in stories.items()}
+        | changes
     )
-    record = eft.sine_sweep(1.0, 0.0, 10.0, 4.0, 4096.0)
-    found = eft.check_feasibility(rig, eft.Command(np.outer([1000.0, 500.0], record.values), 4096.0))
-    assert found.force_error is None and "actuator.friction" in found.left_out
-    assert any("not predicted" in reason for reason in found.reasons)
+    record = eft.Record(RECORD.acceleration, RECORD.dt, "noise").band_passed(0.5, 8.0)
+    command = eft.effective_force(record.scaled(acceleration=0.3 / record.pga), stories["masses"], rate)
+    found, metrics = eft.check_feasibility(rig, command), eft.simulate(rig, command).metrics()
+    assert found.force_error == pytest.approx(np.max(metrics.nrmse), rel=0.1)
+    assert found.displacement_error == pytest.approx(np.max(metrics.displacement_error), rel=0.25)
 
 
 @pytest.mark.parametrize("loop", ["paper", "robust", "feedforward"])

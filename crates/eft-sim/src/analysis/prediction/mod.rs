@@ -61,17 +61,13 @@ pub struct PredictedError {
 /// for a command with power above 20 Hz.
 ///
 /// With self-calibration they are those after it, and with a guard those of a loop in which it does not act. `None` without a
-/// stable linear model, with more than half of the command's power above 20 Hz, or with self-calibration of several
-/// actuators, whose channels find different delays.
+/// stable linear model, or with more than half of the command's power above 20 Hz.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
 pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Prediction>> {
     let learns = rig.compensation.adaptive;
     let Some(first) = commands.first() else { return Ok(None) };
-    if learns && commands.len() > 1 {
-        return Ok(None);
-    }
     let rate = first.sample_rate;
     let found = |rig: &RigConfig| {
         // An unknown lap disturbs the loop with the known one.
