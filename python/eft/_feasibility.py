@@ -80,8 +80,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
 
     The errors of force and displacement are those of the linear model in the long run, after a
     self-calibration as far as its estimates reach. All controllers of a building are taken to learn the same.
-    A large opening, a limit, or a signal that stays within one step for many samples makes larger errors. They
-    contain:
+    A large opening, a limit, or a signal that stays within one step for many samples makes larger errors.
+    They contain:
 
     - noise, resolution and bias of the sensors; resolution counts as white noise of the rounding;
     - an unknown null bias of the valve, until an integral part of the force loop has found it. One that

@@ -134,8 +134,8 @@ def _of_unreached(rig: Rig, rate: float, what: str, needed: float, nearest: floa
         samples = nearest * rate < 2.0 + 1e-6
         at = "two samples" if samples else f"compensation.learning.{bound}_delay"
         return (
-            f"Self-calibration needs a response delay of {1e3 * needed:.2g} ms, and the {bound} that it learns "
-            f"is {1e3 * nearest:.2g} ms ({at})."
+            f"Self-calibration needs a response delay of {1e3 * needed:.2g} ms, and the {bound} that it "
+            f"learns is {1e3 * nearest:.2g} ms ({at})."
         )
     key = f"compensation.learning.lowest_{what.replace(' ', '_')}"
     return (

@@ -393,7 +393,10 @@ def test_effects_that_no_linear_model_has_are_named_where_they_matter(changes, k
     ("changes", "rate"),
     [
         ({}, 4096.0),
-        ({"truth.servovalve.flow_gain_scale": 0.9, "truth.structure.stories.masses": [7000.0, 4000.0]}, 4096.0),
+        (
+            {"truth.servovalve.flow_gain_scale": 0.9, "truth.structure.stories.masses": [7000.0, 4000.0]},
+            4096.0,
+        ),
         ({"controller.velocity_source": "derivative"}, 700.0),
     ],
 )
