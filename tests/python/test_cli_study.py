@@ -101,6 +101,17 @@ def test_json_and_table(folder, capsys):
     assert list(rows["status"]) == ["completed", "refused"] and "structure.mass = -1" in rows["error"][1]
 
 
+def test_the_summary_leaves_out_delays_that_are_unknown(folder, capsys):
+    study = "[study.grid]\ncompensation.level = [0.9, 1.3]\nactuator.stroke = [10.0]\n"
+    name = written(folder, study, COMMAND.replace("duration = 1.0", "duration = 6.0"))
+    assert main(["study", name, "--json"]) == 0
+    answer, found = json.loads(capsys.readouterr().out), eft.Study.load("s.study")
+    assert (found["status"] == "completed").all()
+    assert found["nrmse_delay_removed"][1] > 1.0 and np.isfinite(found["delay"][1])
+    delay = answer["metrics"]["delay"]
+    assert delay["largest"] == delay["median"] == found["delay"][0] and delay["test"] == 0
+
+
 def test_the_file_that_init_writes_runs(folder, capsys):
     assert main(["init", "fresh.toml", "--study"]) == 0
     text = (folder / "fresh.toml").read_text().replace("duration = 32.0", "duration = 1.0")

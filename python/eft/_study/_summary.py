@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from eft._study._result import Study
+from eft._table import Metrics
+from eft._verdict import told_delay
 
 SHOWN = {
     "nrmse": ("force error, rms over rms", "{:.2%}", 1.0),
@@ -19,11 +21,15 @@ SHOWN = {
 
 
 def summary(study: Study) -> dict[str, Any]:
-    """Number of tests by status; median, 95 % quantile and maximum of each metric of the completed tests."""
+    """Number of tests by status; median, 95 % quantile and maximum of each metric of the completed tests.
+
+    A delay that is unknown, as `told_delay` has it, is not counted.
+    """
     completed = study["status"] == "completed"
     metrics = {}
+    delay = told_delay(Metrics({name: study[name] for name in ("delay", "nrmse_delay_removed")}))
     for name in SHOWN:
-        values = study[name][completed]
+        values = (delay if name == "delay" else study[name])[completed]
         if np.isfinite(values).any():
             worst = int(np.nanargmax(np.abs(values)))
             metrics[name] = {
