@@ -35,8 +35,8 @@ class Prediction(NamedTuple):
     """Of the force, against the command."""
     displacement: PredictedError
     """Of the displacement, against the ideal one."""
-    oscillation: float
-    """Force error from 30 to 100 Hz, rms over rms, without noise: the oil column."""
+    oscillation: PredictedError
+    """Of the force above 30 Hz, where the oil column oscillates."""
     constants: dict[str, float]
     """Keys of constant causes, with the rms of the force in N."""
     null_learned: bool
@@ -60,7 +60,7 @@ def predicted(rig: Rig, command: Command) -> Prediction | None:
     return Prediction(
         PredictedError(**found["force"]),
         PredictedError(**found["displacement"]),
-        found["oscillation"],
+        PredictedError(**found["oscillation"]),
         dict(found["constants"]),
         found["null_learned"],
         found["overlap"],
@@ -82,14 +82,13 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
             grades.append(grade)
             constant |= 2.0 * error.constant**2 > error.whole**2
             allowed = rig[f"verdict.{grade}.{name}"]
-            mostly = 2.0 * error.noise**2 > error.whole**2
-            cause = ", mostly by noise and resolution of its sensors" if mostly else ""
-            sentence = f"{told} by {error.whole:.1%} (rms) at small motion{cause}, more than {allowed:.0%}."
+            by = _by_noise(error)
+            sentence = f"{told} by {error.whole:.1%} (rms) at small motion{by}, more than {allowed:.0%}."
             yield Finding(grade, sentence)
-    if (grade := above(rig, "oscillation", found.oscillation)) is not None:
+    if (grade := above(rig, "oscillation", found.oscillation.whole)) is not None:
         sentence = (
-            f"The force will miss the command by {found.oscillation:.0%} (rms) between 30 and 100 Hz, where "
-            "the oil column oscillates."
+            f"The force will miss the command by {found.oscillation.whole:.0%} (rms) above 30 Hz, where "
+            f"the oil column oscillates{_by_noise(found.oscillation)}."
         )
         yield Finding(grade, sentence)
     if constant:
@@ -120,6 +119,11 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
         yield Finding(worst(grades), sentence)
     if grades:
         yield from (Finding(worst(grades), _of_unreached(rig, rate, *one)) for one in found.unreached)
+
+
+def _by_noise(error: PredictedError) -> str:
+    """The main cause of an error, if it is noise."""
+    return ", mostly by noise and resolution of its sensors" if 2.0 * error.noise**2 > error.whole**2 else ""
 
 
 def _of_unreached(rig: Rig, rate: float, what: str, needed: float, nearest: float) -> str:

@@ -132,8 +132,13 @@ def test_predicted_errors_contain_noise_and_resolution_of_the_sensors(realizatio
     # The derivative's noise opens the spool far, and the flow curve is not linear there.
     assert found.force_error == pytest.approx(metrics.nrmse, rel=0.1 if source == "derivative" else 0.03)
     assert found.displacement_error == pytest.approx(metrics.displacement_error, rel=0.1)
-    mostly = [one for one in found.reasons if "mostly by noise" in one]
+    oscillates = [one for one in found.reasons if "(rms) above 30 Hz, where" in one]
+    mostly = [one for one in found.reasons if "mostly by noise" in one and one not in oscillates]
     assert bool(mostly) == (source != "sensor")
+    assert [float(one.split("command by ")[1].split("%")[0]) for one in oscillates] == (
+        [pytest.approx(100.0 * metrics.oscillation, rel=0.1, abs=0.5)] if metrics.oscillation > 0.05 else []
+    )
+    assert all(one.endswith("mostly by noise and resolution of its sensors.") for one in oscillates)
 
 
 def test_a_building_has_the_noise_of_each_of_its_actuators():
@@ -432,6 +437,6 @@ def test_the_part_of_a_command_above_20_hz_is_predicted_as_well(loop, highest):
     metrics = run.metrics()
     assert found.force_error == pytest.approx(metrics.nrmse, rel=0.2, abs=0.01)
     assert found.left_out == ()
-    named = any("between 30 and 100 Hz" in reason for reason in found.reasons)
+    named = any("(rms) above 30 Hz, where" in reason for reason in found.reasons)
     assert named == (metrics.oscillation > 0.05)
     assert (found.verdict == "go") == (run.verdict.grade == "go")

@@ -189,7 +189,7 @@ pub(crate) fn learned(rig: GivenRig, #[pyo3(from_py_with = real_number)] sample_
 /// Returns
 /// -------
 /// dict or None
-///     ``force`` and ``displacement``: the ``whole`` error, and its parts by ``noise`` and by ``constant`` causes, rms
+///     ``force``, ``displacement`` and ``oscillation``: the ``whole`` error, and its parts by ``noise`` and by ``constant`` causes, rms
 ///     over rms. ``constants``: keys with the rms of the force in N that each causes. ``unreached``: what self-calibration
 ///     needs, and the nearest that it reaches. ``left_out``: what is not contained, keys of the rig and the command above 20
 ///     or 100 Hz.
@@ -219,7 +219,7 @@ pub(crate) fn predicted_errors<'py>(
         Unreached::Delay(needed, nearest) => ("delay", needed, nearest),
     });
     answer.set_item("unreached", unreached.collect::<Vec<_>>())?;
-    answer.set_item("oscillation", found.oscillation)?;
+    answer.set_item("oscillation", parts(found.oscillation)?)?;
     answer.set_item("play", (found.play.error, found.play.oscillation))?;
     answer.set_item("left_out", found.left_out)?;
     Ok(Some(answer))

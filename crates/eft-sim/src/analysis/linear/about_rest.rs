@@ -1,12 +1,19 @@
 //! Force and displacement about rest that errors of sensors and converters cause: noise, rounding and bias.
 
-use nalgebra::DMatrix;
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, DMatrix};
 
 use super::disturbance::Disturbance;
 use super::gains::FlowGain;
 use super::sampled::Ticker;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
+use crate::metrics::OIL_COLUMN;
+use crate::state_space::{Responses, StateSpace};
+
+/// Number of frequencies at which the noise in the band of the oil column is computed.
+const FREQUENCIES: u32 = 60;
 
 /// Force (N) and displacement (m) about rest of each actuator.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +21,9 @@ pub(crate) struct AboutRest {
     /// Standard deviations by white noise in the sensors and by the rounding of the converters, in a test that is
     /// long beside the decay of the motion.
     pub(crate) deviations: Vec<[f64; 2]>,
+    /// Standard deviations of the force alone within the band of the oil column; 0 if the sample rate is too low for the whole
+    /// band.
+    pub(crate) oscillations: Vec<f64>,
     /// Constant parts, each with the key that causes it.
     pub(crate) constants: Vec<(&'static str, Vec<[f64; 2]>)>,
 }
@@ -44,6 +54,8 @@ pub(crate) fn about_rest(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> R
     let deviation =
         |row: usize| (outputs.row(row) * &covariance * outputs.row(row).transpose())[0].max(0.0).sqrt();
 
+    let forces = outputs.select_rows(actuators.iter().map(|rows| &rows[0]));
+    let oscillations = in_band([&a, &noise, &forces], sample_rate).ok_or_else(unstable)?;
     let at_rest = DMatrix::identity(a.nrows(), a.nrows()) - a;
     let held = &outputs * at_rest.lu().solve(&sources).ok_or_else(unstable)?;
     let constant = |of: Disturbance| {
@@ -56,8 +68,44 @@ pub(crate) fn about_rest(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> R
     };
     Ok(AboutRest {
         deviations: actuators.iter().map(|rows| rows.map(deviation)).collect(),
+        oscillations,
         constants: Disturbance::ALL.into_iter().filter_map(constant).collect(),
     })
+}
+
+/// Standard deviations, within the band of the oil column, of outputs of a model with these states, inputs and outputs, of
+/// which each input is white noise of deviation 1; `None` on a pole.
+fn in_band([a, inputs, outputs]: [&DMatrix<f64>; 3], sample_rate: f64) -> Option<Vec<f64>> {
+    let noisy: Vec<usize> = (0..inputs.ncols())
+        .filter(|&column| inputs.column(column).iter().any(|entry| *entry != 0.0))
+        .collect();
+    let (lowest, highest) = OIL_COLUMN;
+    let mut squares = vec![0.0; outputs.nrows()];
+    if noisy.is_empty() || sample_rate <= 2.0 * highest {
+        return Some(squares);
+    }
+    let model = StateSpace {
+        a: a.clone(),
+        b: inputs.select_columns(&noisy),
+        c: outputs.clone(),
+        d: DMatrix::zeros(outputs.nrows(), noisy.len()),
+        states: Vec::new(),
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        left_out: Vec::new(),
+        sample_time: Some(1.0 / sample_rate),
+    };
+    let responses = Responses::new(&model, &(0..squares.len()).collect::<Vec<_>>());
+    let step = (highest - lowest) / f64::from(FREQUENCIES);
+    for i in 0..FREQUENCIES {
+        let frequency = lowest + (f64::from(i) + 0.5) * step;
+        let found = responses.at(Complex::from_polar(1.0, TAU * frequency / sample_rate))?;
+        for (square, row) in squares.iter_mut().zip(found.row_iter()) {
+            // The density of white noise of variance 1, from 0 to half the sample rate.
+            *square += row.iter().map(|one| one.norm_sqr()).sum::<f64>() * 2.0 * step / sample_rate;
+        }
+    }
+    Some(squares.into_iter().map(f64::sqrt).collect())
 }
 
 /// The solution of `P = A·P·Aᵀ + Q`, by doubling the number of steps; `None` without one.

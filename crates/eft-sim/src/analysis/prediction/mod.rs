@@ -29,8 +29,8 @@ pub struct Prediction {
     pub force: PredictedError,
     /// Of the displacement, against the ideal one.
     pub displacement: PredictedError,
-    /// Force error from 30 to 100 Hz (rms over rms, 1), without noise: the oil column.
-    pub oscillation: f64,
+    /// Force error above 30 Hz, where the oil column oscillates: of the command to 100 Hz, and of the noise to 150 Hz.
+    pub oscillation: PredictedError,
     /// Constant causes of a force: their keys, each with the force's largest root mean square (N) over the actuators.
     pub constants: Vec<(&'static str, f64)>,
     /// Whether the controller learns the null, and a bias of the velocity with it, during the test.
@@ -134,7 +134,7 @@ fn errors(
     }
     let none = PredictedError { whole: 0.0, noise: 0.0, constant: 0.0 };
     let (mut force, mut displacement, mut opening, mut null) = (none, none, 0.0_f64, 0.0_f64);
-    let mut oscillation = 0.0_f64;
+    let mut oscillation = none;
     for (i, own) in signals.into_iter().enumerate() {
         null = null.max(faded.rms(own.by_null[0].clone(), 0.0)?);
         let error = |which: usize, missed: Spectrum, wanted: Spectrum| {
@@ -148,7 +148,9 @@ fn errors(
         let mut oil = own.missed_force.clone();
         let slow = (0..oil.len()).take_while(|bin| faded.frequency(*bin) < OIL_COLUMN.0).count();
         oil[..slow].fill(Complex::ZERO);
-        oscillation = oscillation.max(faded.rms(oil, 0.0)? / faded.rms(own.command.clone(), 0.0)?);
+        let (oil, noise) = (faded.rms(oil, 0.0)?, at_rest.oscillations[i]);
+        let wanted = faded.rms(own.command.clone(), 0.0)?;
+        oscillation = oscillation.or_larger([oil.hypot(noise), noise, 0.0].map(|part| part / wanted));
         force = force.or_larger(error(0, own.missed_force, own.command)?);
         displacement = displacement.or_larger(error(1, own.missed_motion, own.ideal_motion)?);
         opening = opening.max(faded.rms(own.opening, 0.0)?);
@@ -224,7 +226,7 @@ mod tests {
         let found = |rig: &RigConfig, wave: &dyn Fn(u32) -> f64| {
             let command = Command::new((0..16_384).map(|i| 1e3 * wave(i)).collect(), 4096.0).unwrap();
             let found = predict(rig, &[command]).unwrap().unwrap();
-            (found.left_out.iter().any(|what| what == "command above 100 Hz"), found.oscillation)
+            (found.left_out.iter().any(|what| what == "command above 100 Hz"), found.oscillation.whole)
         };
         // The simulated test has 0.367. Beyond 100 Hz a square wave has 9 % of its root mean square.
         let of_paper = found(&paper, &square);
