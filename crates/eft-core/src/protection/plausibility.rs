@@ -8,6 +8,7 @@
 
 mod balance;
 mod blame;
+mod comparisons;
 mod following;
 mod load_pressure;
 mod missing;
@@ -28,13 +29,10 @@ use crate::protection::gate::SensorGate;
 use crate::signals::Input;
 use crate::status;
 use crate::velocity::FilteredDerivative;
-pub(super) use balance::BalanceLimits;
-pub(super) use following::Following;
+pub(super) use comparisons::{BalanceLimits, Following, MotionLimits, StrokeLimits};
 pub(super) use load_pressure::LoadPressureWatch;
-pub(super) use motion::MotionLimits;
 pub(super) use reversal::ReversalWatch;
 pub(crate) use state::PlausibilityState;
-pub(super) use stroke::StrokeLimits;
 
 /// Share of the limits that is enough if the force is far from its command.
 const ASTRAY: f64 = 0.5;

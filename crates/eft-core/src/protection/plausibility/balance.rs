@@ -3,10 +3,10 @@
 //! The slow comparison allows for a wrong calibration. The fast one is above the motion's frequencies, where the oil's
 //! flow, and with it the force, has a large part. The third one notices a force of the wrong sign.
 
-use crate::integrity::integrity;
 use crate::learning::ModelFlow;
 use crate::number::Real;
-use crate::protection::plausibility::sums::{Sum, envelope, follow, larger, opposed, rest};
+use crate::protection::plausibility::comparisons::Balance;
+use crate::protection::plausibility::sums::{envelope, follow, larger, opposed, rest};
 use crate::protection::plausibility::{Known, Plausibility, PlausibilityState};
 use crate::signals::Input;
 
@@ -23,56 +23,6 @@ const OIL: f64 = 0.6;
 const NULL_REGION: f64 = 0.03;
 /// Share of an overlap's flow that counts against a force of the wrong sign.
 const TURNED_NULL: f64 = 0.25;
-
-/// The coefficients and limits of the flow balance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct BalanceLimits<T> {
-    /// Coefficient (1) of the high-passes.
-    pub(in crate::protection) high: T,
-    /// Share (1) of the envelopes above the motion's frequencies that remains in a sample.
-    pub(in crate::protection) fast_decay: T,
-    /// Residuals (m³/s) by noise and offsets, slow and fast.
-    pub(in crate::protection) drift: T,
-    pub(in crate::protection) fast_drift: T,
-    /// Flow (m³/s) that an overlap of the spool may block.
-    pub(in crate::protection) null_drift: T,
-    /// Limits (m³) of the sums.
-    pub(in crate::protection) slow: T,
-    pub(in crate::protection) fast: T,
-    pub(in crate::protection) turned: T,
-}
-integrity!(BalanceLimits<T>: high, fast_decay, drift, fast_drift, null_drift, slow, fast, turned);
-
-/// The state of the flow balance.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub(crate) struct Balance<T> {
-    /// Time (s) since the first sample, until the low-passes have settled.
-    pub(super) age: T,
-    /// The valve's last flow (m³/s).
-    pub(super) flow: T,
-    /// Low-passed: flow of the valve, flow of piston and leakage (m³/s), force (N).
-    pub(super) passed: T,
-    pub(super) taken: T,
-    pub(super) force: T,
-    /// High-passes of the residual, the valve's flow and the oil's flow (m³/s).
-    pub(super) residual_above: [T; 2],
-    pub(super) passed_above: [T; 2],
-    pub(super) oil_above: [T; 2],
-    /// Envelopes (m³/s) of the flows, and of those above the motion's frequencies.
-    pub(super) most_passed: T,
-    pub(super) most_taken: T,
-    pub(super) most_passed_above: T,
-    pub(super) most_oil_above: T,
-    /// Recent nearness of the spool to null (1).
-    pub(super) near_null: T,
-    /// Sums (m³) of the slow and the fast residual, and of a force of the wrong sign.
-    pub(super) slow: Sum<T>,
-    pub(super) fast: Sum<T>,
-    pub(super) turned: Sum<T>,
-}
-integrity!(Balance<T>: age, flow, passed, taken, force, residual_above, passed_above, oil_above, most_passed, most_taken, most_passed_above, most_oil_above, near_null, slow, fast, turned);
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// Adds a tick to the flow balance, with the mean velocity (m/s) over the tick, and returns the residual (m³/s).

@@ -3,7 +3,7 @@
 use crate::cause::Cause;
 use crate::number::Real;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, Signal, VELOCITY};
-use crate::protection::plausibility::motion::Motion;
+use crate::protection::plausibility::comparisons::Motion;
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 use crate::signals::Input;
 
@@ -37,6 +37,40 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             (_, _, _, Some(false)) => Cause::DisplacementLost,
             _ => Cause::None,
         }
+    }
+
+    /// Adds a tick to the sums of wrong signs on a rig without a velocity sensor, and returns the sensor that has
+    /// one: see [`reversal`](super::reversal).
+    #[inline(always)]
+    pub(super) fn reversed(&self, state: &mut PlausibilityState<T>, astray: bool, tripped: bool) -> Cause {
+        let [force, displacement, _, spool] = state.distrusted;
+        if self.senses_velocity | force | displacement | spool {
+            return Cause::None;
+        }
+        let velocities = [state.derivative.first, state.by_flow.valve, state.by_flow.oil];
+        let unknown = state.missing.unknown();
+        let sums = &mut state.reversal;
+        let cause = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
+        let [_, displacement, ..] = &state.signals;
+        // While the displacement shows no motion, all of the valve's flow seems to be the oil's.
+        let unseen = cause == Cause::ForceImplausible && self.is_frozen(displacement);
+        if cause == Cause::None || unseen || !self.spool_follows(state) {
+            return Cause::None;
+        }
+        if cause == Cause::DisplacementImplausible && state.force_jumped() {
+            // A wrong velocity makes a true force jump.
+            let [force, ..] = &mut state.signals;
+            force.restart();
+        }
+        cause
+    }
+
+    /// Whether the spool is on the side of its command, and not frozen.
+    #[inline(always)]
+    fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
+        let ([.., spool], opening) = (&state.signals, state.stroke.opening);
+        let same = (spool.last - self.null_bias) * (opening - self.null_bias) > T::splat(0.0);
+        same && !self.is_frozen(spool)
     }
 
     /// A signal whose noise has stopped, or that repeats although it should have moved.
@@ -147,7 +181,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
 
     /// Whether a reading repeats, or is too still for its noise.
     #[inline(always)]
-    pub(super) fn is_frozen(&self, signal: &Signal<T>) -> bool {
+    fn is_frozen(&self, signal: &Signal<T>) -> bool {
         signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN))
     }
 

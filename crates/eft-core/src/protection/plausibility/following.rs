@@ -1,52 +1,10 @@
 //! The motion that is followed after a fault: by which velocity, and with which brake.
 
-use crate::integrity::integrity;
 use crate::learning::ModelFlow;
 use crate::number::Real;
+use crate::protection::plausibility::comparisons::Following;
 use crate::protection::plausibility::sums::follow;
 use crate::protection::plausibility::{Known, Plausibility, PlausibilityState};
-
-/// Coefficients of the followed motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Following<T> {
-    /// Coefficient (1) of the low-pass of the velocity by the flow balance.
-    pub(in crate::protection) moved: T,
-    /// Share (1) of the step between two sources of the velocity that remains after a sample.
-    pub(in crate::protection) fade: T,
-    /// The brake's largest force (N), and the reciprocal of the velocity (s/m) from which on it has this force.
-    pub(in crate::protection) brake: T,
-    pub(in crate::protection) per_braked: T,
-}
-integrity!(Following<T>: moved, fade, brake, per_braked);
-
-/// The followed motion.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub(crate) struct Followed<T> {
-    /// The last velocity (m/s), and the remaining step from the previous source (m/s).
-    pub(super) velocity: T,
-    pub(super) step: T,
-    /// The low-passed velocity (m/s) of the brake.
-    pub(super) braked: T,
-    /// The velocity's source.
-    pub(super) source: u32,
-}
-integrity!(Followed<T>: velocity, step, braked, source);
-
-/// The velocity by the flow balance.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub(crate) struct ByFlow<T> {
-    /// The low-passed velocities (m/s) by the flows of valve and oil.
-    pub(super) valve: T,
-    pub(super) oil: T,
-    /// The last force (N), and whether there has been one.
-    pub(super) force: T,
-    pub(super) has_force: bool,
-}
-integrity!(ByFlow<T>: valve, oil, force, has_force);
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// Adds a tick's displacement (m) and velocity (m/s) to the derivative, and to the low-passes that delay as it does.

@@ -1,8 +1,8 @@
 //! The velocity compared with the displacement's derivative, v = ẋ: in travel, and in the ratio of the two.
 
-use crate::integrity::integrity;
 use crate::number::Real;
-use crate::protection::plausibility::sums::{Began, Evidence, Sum, envelope, follow, larger};
+use crate::protection::plausibility::comparisons::Motion;
+use crate::protection::plausibility::sums::{envelope, follow, larger};
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
 /// Share by which velocity and displacement may differ.
@@ -11,54 +11,6 @@ const MOTION: f64 = 0.05;
 const SOUND: f64 = 0.04;
 /// Share of the motion's limit below which its sum may be noise.
 const DIFFERS: f64 = 0.15;
-
-/// The limits of the comparison.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct MotionLimits<T> {
-    /// Differences (m/s) by noise, of travel and ratio.
-    pub(in crate::protection) drift: T,
-    pub(in crate::protection) ratio_drift: T,
-    /// Limits (m) of the sums.
-    pub(in crate::protection) travel: T,
-    pub(in crate::protection) ratio: T,
-    /// Largest time (s) between velocity and displacement.
-    pub(in crate::protection) late: T,
-}
-integrity!(MotionLimits<T>: drift, ratio_drift, travel, ratio, late);
-
-/// The state of the comparison.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(C)]
-pub(crate) struct Motion<T> {
-    /// The last velocity (m/s) and displacement (m).
-    pub(super) last_velocity: T,
-    pub(super) last_displacement: T,
-    /// Low-passed velocity (m/s) and displacement (m).
-    pub(super) velocity: T,
-    pub(super) displacement: T,
-    /// Velocity, its difference from the displacement's (m/s), and the flow's residual (m³/s), with a further low-pass.
-    pub(super) fine_velocity: T,
-    pub(super) fine_off: T,
-    pub(super) fine_residual: T,
-    /// Envelope (m/s) of the larger velocity.
-    pub(super) fastest: T,
-    /// Sums (m) of travel and ratio, and the velocities at which they began.
-    pub(super) travel: Sum<T>,
-    pub(super) ratio: Sum<T>,
-    pub(super) travel_began: Began<T>,
-    pub(super) ratio_began: Began<T>,
-    /// Average (m⁴/s²) of the squared flow residual with the velocity minus that with the displacement, over twice the
-    /// piston area.
-    pub(super) worse: T,
-    /// The same average of the square of the faster one of velocity and displacement (m²/s²).
-    pub(super) swept: T,
-    /// Evidence about the motion since the sum of the travel began.
-    pub(super) evidence: Evidence<T>,
-    /// Whether this sample follows the last displacement.
-    pub(super) goes_on: bool,
-}
-integrity!(Motion<T>: last_velocity, last_displacement, velocity, displacement, fine_velocity, fine_off, fine_residual, fastest, travel, ratio, travel_began, ratio_began, worse, swept, evidence, goes_on);
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// Adds a tick's mean velocity (m/s) and displacement (m), with residual and slope (m³/s) of the flow balance.

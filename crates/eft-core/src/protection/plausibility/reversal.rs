@@ -9,7 +9,6 @@
 use crate::cause::Cause;
 use crate::integrity::integrity;
 use crate::number::Real;
-use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
 /// Share of the oil's flow that a stiffness from 0.63 to 1.5 times the configured one leaves, and the share that counts if
 /// the force is far from its command: 0.8 to 1.33 times.
@@ -49,7 +48,7 @@ impl<T: Real> ReversalWatch<T> {
     /// and force has the wrong sign. A share (1) of the null bias is not known yet. The force may be far from its
     /// command, and the protection may have tripped.
     #[inline(always)]
-    fn add(
+    pub(super) fn add(
         &self,
         sums: &mut Reversal<T>,
         period: T,
@@ -80,41 +79,6 @@ impl<T: Real> ReversalWatch<T> {
         } else {
             Cause::None
         }
-    }
-}
-
-impl<T: Real, const N: usize> Plausibility<T, N> {
-    /// Adds a tick to the sums of wrong signs on a rig without a velocity sensor, and returns the sensor that has one.
-    #[inline(always)]
-    pub(super) fn reversed(&self, state: &mut PlausibilityState<T>, astray: bool, tripped: bool) -> Cause {
-        let [force, displacement, _, spool] = state.distrusted;
-        if self.senses_velocity | force | displacement | spool {
-            return Cause::None;
-        }
-        let velocities = [state.derivative.first, state.by_flow.valve, state.by_flow.oil];
-        let unknown = state.missing.unknown();
-        let sums = &mut state.reversal;
-        let cause = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
-        let [_, displacement, ..] = &state.signals;
-        // While the displacement shows no motion, all of the valve's flow seems to be the oil's.
-        let unseen = cause == Cause::ForceImplausible && self.is_frozen(displacement);
-        if cause == Cause::None || unseen || !self.spool_follows(state) {
-            return Cause::None;
-        }
-        if cause == Cause::DisplacementImplausible && state.force_jumped() {
-            // A wrong velocity makes a true force jump.
-            let [force, ..] = &mut state.signals;
-            force.restart();
-        }
-        cause
-    }
-
-    /// Whether the spool is on the side of its command, and not frozen.
-    #[inline(always)]
-    fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
-        let ([.., spool], opening) = (&state.signals, state.stroke.opening);
-        let same = (spool.last - self.null_bias) * (opening - self.null_bias) > T::splat(0.0);
-        same && !self.is_frozen(spool)
     }
 }
 

@@ -4,13 +4,10 @@ use crate::cause::Cause;
 use crate::integrity::integrity;
 use crate::number::Real;
 use crate::protection::gate::Signal;
-use crate::protection::plausibility::balance::Balance;
-use crate::protection::plausibility::following::{ByFlow, Followed};
+use crate::protection::plausibility::comparisons::{Balance, ByFlow, Followed, Motion, Stroke};
 use crate::protection::plausibility::load_pressure::LoadPressureState;
-use crate::protection::plausibility::motion::Motion;
 use crate::protection::plausibility::null::MissingOpening;
 use crate::protection::plausibility::reversal::Reversal;
-use crate::protection::plausibility::stroke::Stroke;
 use crate::velocity::FilteredDerivativeState;
 
 /// The state of a watch. `default()` is a rig at rest without a known null bias.

@@ -10,7 +10,7 @@ mod null;
 use super::*;
 use crate::parameters::Parameters;
 use crate::parameters::{Levels, PlausibilityParameters, ProtectionParameters};
-use crate::protection::plausibility::balance::Balance;
+use crate::protection::plausibility::comparisons::Balance;
 use crate::protection::plausibility::sums::Sum;
 use crate::table::FlowTable;
 

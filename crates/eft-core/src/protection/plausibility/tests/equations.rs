@@ -1,10 +1,9 @@
 //! One tick of the watch against the equations of its residuals and tolerances, from a state without a zero.
 
 use super::*;
-use crate::protection::plausibility::balance::{Balance, SETTLED};
-use crate::protection::plausibility::motion::Motion;
+use crate::protection::plausibility::balance::SETTLED;
+use crate::protection::plausibility::comparisons::{Balance, Motion, Stroke};
 use crate::protection::plausibility::null::MissingOpening;
-use crate::protection::plausibility::stroke::Stroke;
 use crate::protection::plausibility::sums::{Began, envelope, follow, rest};
 
 pub(super) const PERIOD: f64 = 1.0 / 4096.0;

@@ -2,7 +2,7 @@
 
 use super::equations::{FORCE, PERIOD, SPOOL, before, flows, input, known, near, round, summed};
 use super::*;
-use crate::protection::plausibility::following::ByFlow;
+use crate::protection::plausibility::comparisons::ByFlow;
 use crate::protection::plausibility::null::MissingOpening;
 
 /// The missing opening of `before()` after a sample with this opening, at the spool's opening.
