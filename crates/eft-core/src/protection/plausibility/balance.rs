@@ -53,10 +53,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let before = sums.force;
         let oil = self.oil * self.rate * (follow(&mut sums.force, self.low, input.force) - before);
         let residual = taken + oil - passed;
-        let seen = larger(
-            envelope(&mut sums.most_passed, self.decay, passed),
-            envelope(&mut sums.most_taken, self.decay, taken),
-        );
+        let seen = envelope(&mut sums.most_flow, self.decay, larger(passed.abs(), taken.abs()));
         let tolerance = T::splat(FLOW) * seen + T::splat(OIL) * oil.abs() + limits.drift;
         sums.slow.add(self.period * residual, self.period * tolerance, limits.slow);
         self.add_fast_flow(sums, [residual, passed, oil], input.spool - self.null_bias, settles);

@@ -40,9 +40,8 @@ pub(crate) struct Balance<T> {
     pub(super) residual_above: [T; 2],
     pub(super) passed_above: [T; 2],
     pub(super) oil_above: [T; 2],
-    /// Envelopes (m³/s) of the flows, and of those above the motion's frequencies.
-    pub(super) most_passed: T,
-    pub(super) most_taken: T,
+    /// Envelopes (m³/s) of the larger flow, and of those above the motion's frequencies.
+    pub(super) most_flow: T,
     pub(super) most_passed_above: T,
     pub(super) most_oil_above: T,
     /// Recent nearness of the spool to null (1).
@@ -52,7 +51,7 @@ pub(crate) struct Balance<T> {
     pub(super) fast: Sum<T>,
     pub(super) turned: Sum<T>,
 }
-integrity!(Balance<T>: age, flow, passed, taken, force, residual_above, passed_above, oil_above, most_passed, most_taken, most_passed_above, most_oil_above, near_null, slow, fast, turned);
+integrity!(Balance<T>: age, flow, passed, taken, force, residual_above, passed_above, oil_above, most_flow, most_passed_above, most_oil_above, near_null, slow, fast, turned);
 
 /// The limits of velocity and displacement.
 #[derive(Debug, Clone, Copy, PartialEq)]
