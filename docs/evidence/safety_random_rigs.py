@@ -12,7 +12,7 @@ core). The same seed makes the same tests on every machine.
 import sys
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import coverage
 import numpy as np
@@ -137,17 +137,25 @@ def levels(rig: eft.Rig, command: eft.Command, ranges: dict[str, float], least: 
     }
 
 
-def faults_of(
-    number: int, source: str, seed: int = SEED, within: tuple[float, float] = LATER, off: float = 1.0
-) -> tuple[dict[str, object], list[dict[str, object]]]:
-    """The row of a rig with a velocity sensor or an estimate, and a row for each of its faults.
+class Protected(NamedTuple):
+    """A rig with noise and levels, its test, and the levels of force, displacement and velocity."""
 
-    The null bias is that of the draw times a factor. Only faults in a running test run with other settings.
-    """
-    drawn, random = draw(number, seed)
-    drawn["null_bias"] *= off
-    if source != SENSOR:
-        source = drawn["estimate"]
+    rig: eft.Rig
+    command: eft.Command
+    level: dict[str, float]
+    low: dict[str, float]
+    """The levels with a force of `LOW`."""
+    row: dict[str, object]
+    """What was drawn, and how the test without a fault ends."""
+
+    @property
+    def runs(self) -> bool:
+        """Whether neither the check nor the test without a fault says no."""
+        return "no" not in (self.row["check"], self.row["grade"]) and self.row["cause"] == "none"
+
+
+def protected(drawn: Drawn, source: str, seed: int) -> Protected:
+    """A drawn rig with a velocity sensor or an estimate, and noise of a seed."""
     rig = configured(drawn)
     command, rate = tested(drawn, rig), float(drawn["sample_rate"])
     ranges = {"force": drawn["capacity"], "displacement": float(rig["actuator.stroke"])}
@@ -161,19 +169,30 @@ def faults_of(
         rig = leading(rig.replace(of_controller), rate)
     check = eft.check_feasibility(rig, command).verdict
     rig = rig.replace(plant(drawn, rig, ranges) | changes)
-    trips = {f"protection.{name}_trip": value for name, value in level.items()}
-    guarded = rig.replace({"protection.enabled": True, "protection.spool_trip": 0.95} | trips)
     grade = eft.simulate(rig, command).verdict.grade
-    cause = eft.simulate(guarded.replace({"sensors.seed": number}), command).cause.name.lower()
-    row = drawn | {
-        "source": source,
-        "level": level["force"] / drawn["capacity"],
-        "check": check,
-        "grade": grade,
-        "cause": cause,
-    }
-    if "no" in (check, grade) or cause != "none":
+    trips = {f"protection.{name}_trip": value for name, value in level.items()}
+    rig = rig.replace({"protection.enabled": True, "protection.spool_trip": 0.95} | trips)
+    cause = eft.simulate(rig.replace({"sensors.seed": seed}), command).cause.name.lower()
+    share = level["force"] / drawn["capacity"]
+    row = drawn | {"source": source, "level": share, "check": check, "grade": grade, "cause": cause}
+    return Protected(rig, command, level, low, row)
+
+
+def faults_of(
+    number: int, source: str, seed: int = SEED, within: tuple[float, float] = LATER, off: float = 1.0
+) -> tuple[dict[str, object], list[dict[str, object]]]:
+    """The row of a rig with a velocity sensor or an estimate, and a row for each of its faults.
+
+    The null bias is that of the draw times a factor. Only faults in a running test run with other settings.
+    """
+    drawn, random = draw(number, seed)
+    drawn["null_bias"] *= off
+    if source != SENSOR:
+        source = drawn["estimate"]
+    guarded, command, level, low, row = found = protected(drawn, source, number)
+    if not found.runs:
         return row, []
+    rate = float(drawn["sample_rate"])
     settings: dict[str, dict[str, object]] = {"usual": {}}
     if within == LATER and source == SENSOR and low["force"] < level["force"]:
         settings["low"] = {"protection.force_trip": low["force"]}

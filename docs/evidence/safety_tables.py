@@ -2,10 +2,11 @@
 
 import csv
 from collections.abc import Callable, Sequence
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
-from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SOUND, SUPPLIES, YIELDING
+from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SIGNALS, SOUND, SUPPLIES, YIELDING
 from safety_early import FAULTS as EARLY_FAULTS
 from safety_early import VARIANTS
 from safety_estimates import ESTIMATES, SOURCES
@@ -13,6 +14,7 @@ from safety_laboratory import LABORATORY
 from safety_null import BIASES, NULL
 from safety_random_rigs import FAULTS as RIG_FAULTS
 from safety_random_rigs import LOWEST_RATE, RIGS, RUN, SENSOR
+from safety_second import SECOND
 from safety_sizes import SIZES
 
 from eft._files import write_text
@@ -188,6 +190,26 @@ def _of_early() -> str:
     return "\n".join([*text, ""])
 
 
+def _of_second() -> str:
+    """The largest force over its level after a second fault, and how often it is beyond."""
+    rows = read(SECOND)
+    head = ("first sensor, second one", "with a velocity sensor", "estimated velocity")
+    text = [f"| {' | '.join(head)} |", "| --- " * len(head) + "|"]
+    for pair in permutations(SIGNALS, 2):
+        cells = []
+        for sensed in (True, False):
+            of = [row for row in rows if (row["first"], row["second"]) == pair]
+            of = [row for row in of if (row["source"] == SENSOR) == sensed]
+            worst = max((float(row["force"]) for row in of), default=0.0)
+            cells.append(f"{worst:.1f}; {beyond(of)} of {len(of)}" if of else "–")
+        text.append(f"| {', '.join(pair)} | {' | '.join(cells)} |")
+    text += [
+        "",
+        "A cell has the largest force over its level after the second fault, and how often it exceeds 1.75.",
+    ]
+    return "\n".join([*text, ""])
+
+
 def _of_estimates() -> str:
     """The worst of three rigs for each fault and each estimate of the velocity."""
     rows = read(ESTIMATES)
@@ -277,6 +299,7 @@ def report(folder: Path) -> None:
     write_text(folder / "safety_null.md", _of_null_bias())
     write_text(folder / "safety_random_rigs.md", _of_random_rigs())
     write_text(folder / "safety_early.md", _of_early())
+    write_text(folder / "safety_second.md", _of_second())
     text = []
     rows = read(SOUND)
     by_level = sum(row["cause"].endswith("_level") for row in rows)
