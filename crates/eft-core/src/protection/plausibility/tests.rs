@@ -5,6 +5,7 @@
 mod equations;
 mod growth;
 mod judgement;
+mod motion;
 mod null;
 
 use super::*;
