@@ -80,10 +80,10 @@ fn after(faults: [(&str, &str); 2], moment: f64) -> (f64, bool) {
     (force, flags & SHUT_DOWN != 0)
 }
 
-fn worst(first: &str, second: &str) -> f64 {
+fn worst(first: &str, second: &str, kinds: &[&str]) -> f64 {
     let mut most = 0.0_f64;
     for first_kind in KINDS {
-        for kind in SECOND {
+        for kind in kinds {
             for moment in [0.0, 0.2, 0.4] {
                 let (force, shut) = after([(first, first_kind), (second, kind)], moment);
                 let opens = shut || second != "force";
@@ -92,7 +92,8 @@ fn worst(first: &str, second: &str) -> f64 {
             }
         }
     }
-    keep(format_args!("{first}, then {second}"), &[("force over its level", most)]);
+    let of = if kinds == SECOND { "" } else { " of wrong sign" };
+    keep(format_args!("{first}, then {second}{of}"), &[("force over its level", most)]);
     most
 }
 
@@ -100,7 +101,7 @@ fn worst(first: &str, second: &str) -> f64 {
 #[test]
 fn a_load_cell_that_fails_after_another_sensor_opens_the_loop() {
     for first in ["displacement", "velocity", "spool"] {
-        let force = worst(first, "force");
+        let force = worst(first, "force", &SECOND);
         assert!(force < 1.2, "{first}: {force}");
     }
 }
@@ -110,7 +111,14 @@ fn a_load_cell_that_fails_after_another_sensor_opens_the_loop() {
 fn without_velocity_and_displacement_the_flow_balance_shows_the_motion() {
     // The derivative follows a stuck displacement until that is noticed.
     for (first, second, most) in [("displacement", "velocity", 1.2), ("velocity", "displacement", 3.2)] {
-        let force = worst(first, second);
+        let force = worst(first, second, &SECOND);
         assert!(force < most, "{first}, then {second}: {force}");
     }
+}
+
+// SR-21
+#[test]
+fn a_load_cell_of_wrong_sign_after_the_displacement_opens_the_loop() {
+    let force = worst("displacement", "force", &["sign"]);
+    assert!(force < 1.2, "{force}");
 }

@@ -3,8 +3,8 @@
 //! Three balances have residuals with two-sided cumulative sums. They are the actuator's flow, the velocity compared
 //! with the displacement's derivative, and the spool compared with its command. The flow has a second residual above
 //! the motion's frequencies, where the oil's flow, and with it the force, has a large part. A dead band for the
-//! possible errors of the calibration is subtracted from each residual before the sum. Without a velocity sensor a fourth
-//! comparison notices a displacement or a force of the wrong sign.
+//! possible errors of the calibration is subtracted from each residual before the sum. While a single sensor shows the
+//! motion, a fourth comparison notices that it or the force has the wrong sign.
 
 mod balance;
 mod blame;
@@ -169,19 +169,21 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
         let [force, displacement, others @ ..] = state.distrusted;
         let questioned = force | others.contains(&true);
-        let (Some(flow), true, false) =
-            (flow, velocity.is_finite() & input.displacement.is_finite(), questioned)
-        else {
+        // The flows need no displacement.
+        let moves = velocity.is_finite() & (input.displacement.is_finite() | displacement);
+        let (Some(flow), true, false) = (flow, moves, questioned) else {
             state.motion.goes_on = false;
             self.learn_null_without_force(state, input, known);
             return Cause::None;
         };
+        // The evidence about the motion goes on after a failed displacement, in case the velocity was wrong.
         self.sum_up(state, input, velocity, &flow, known);
-        if displacement {
-            // The evidence about the motion goes on, in case the velocity was wrong.
-            return Cause::None;
-        }
-        let cause = self.contradiction(state, if astray { ASTRAY } else { 1.0 });
+        let share = if astray { ASTRAY } else { 1.0 };
+        let cause = if displacement {
+            self.contradiction_by_flow(state, share)
+        } else {
+            self.contradiction(state, share)
+        };
         state.by_balance |= cause == Cause::ForceImplausible;
         cause
     }
@@ -200,7 +202,11 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         state.motion.last_velocity = velocity;
         let residual = self.add_flow(state, input, speed, flow, known);
         let slope = known.flow_gain * (flow.root * flow.slope);
-        self.add_motion(state, speed, input.displacement, [residual, slope]);
+        if input.displacement.is_finite() {
+            self.add_motion(state, speed, input.displacement, [residual, slope]);
+        } else {
+            state.motion.goes_on = false;
+        }
         self.add_stroke(state, input.spool, known);
         self.average(state, [residual, slope], input.spool, known);
     }

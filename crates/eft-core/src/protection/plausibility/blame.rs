@@ -4,6 +4,7 @@ use crate::cause::Cause;
 use crate::number::Real;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, Signal, VELOCITY};
 use crate::protection::plausibility::comparisons::Motion;
+use crate::protection::plausibility::reversal::Wrong;
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 use crate::signals::Input;
 
@@ -14,6 +15,19 @@ const CLEARLY: f64 = 0.25;
 /// Probability that a working sensor is as still as a frozen one. It is much larger than without a contradiction, because
 /// here it only selects the sensor.
 const FROZEN: f64 = 0.01;
+/// Share of the limit of a motion against the command from which on the spool may be wrong.
+const AGAINST: f64 = 0.1;
+
+/// The cause of a wrong sign, if a sensor shows the motion.
+#[inline(always)]
+fn of_sign(wrong: Option<Wrong>, sensor: usize) -> Cause {
+    match wrong {
+        None => Cause::None,
+        Some(Wrong::Force) => Cause::ForceImplausible,
+        Some(Wrong::Motion) if sensor == VELOCITY => Cause::VelocityImplausible,
+        Some(Wrong::Motion) => Cause::DisplacementImplausible,
+    }
+}
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// A signal that stays lost.
@@ -39,38 +53,66 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// Adds a tick to the sums of wrong signs on a rig without a velocity sensor, and returns the sensor that has
+    /// Adds a tick to the sums of wrong signs while a single sensor shows the motion, and returns the sensor that has
     /// one: see [`reversal`](super::reversal).
     #[inline(always)]
     pub(super) fn reversed(&self, state: &mut PlausibilityState<T>, astray: bool, tripped: bool) -> Cause {
-        let [force, displacement, _, spool] = state.distrusted;
-        if self.senses_velocity | force | displacement | spool {
+        let [force, _, _, spool] = state.distrusted;
+        let Some((sensor, moved)) = self.only_motion(state) else { return Cause::None };
+        // A spool of wrong sign reverses the valve's flow.
+        if force | spool || !self.spool_follows(state) {
             return Cause::None;
         }
-        let velocities = [state.derivative.first, state.by_flow.valve, state.by_flow.oil];
+        let velocities = [moved, state.by_flow.valve, state.by_flow.oil];
         let unknown = state.missing.unknown();
         let sums = &mut state.reversal;
-        let cause = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
-        let [_, displacement, ..] = &state.signals;
-        // While the displacement shows no motion, all of the valve's flow seems to be the oil's.
-        let unseen = cause == Cause::ForceImplausible && self.is_frozen(displacement);
-        if cause == Cause::None || unseen || !self.spool_follows(state) {
+        let wrong = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
+        let frozen = || state.signals.get(sensor).is_some_and(|shown| self.is_frozen(shown));
+        if wrong == Some(Wrong::Force) && frozen() {
+            // A frozen sensor shows no motion, so that all of the valve's flow seems to be the oil's.
             return Cause::None;
         }
-        if cause == Cause::DisplacementImplausible && state.force_jumped() {
+        if wrong == Some(Wrong::Motion) && state.force_jumped() {
             // A wrong velocity makes a true force jump.
             let [force, ..] = &mut state.signals;
             force.restart();
         }
-        cause
+        of_sign(wrong, sensor)
     }
 
-    /// Whether the spool is on the side of its command, and not frozen.
+    /// The sensor that shows the motion, and its velocity (m/s), unless there are two or none.
+    #[inline(always)]
+    fn only_motion(&self, state: &PlausibilityState<T>) -> Option<(usize, T)> {
+        let ([_, displacement, velocity, _], [smooth, _]) = (state.distrusted, state.smooth);
+        match (self.senses_velocity, displacement, velocity) {
+            (true, true, false) => Some((VELOCITY, smooth)),
+            (false, false, _) => Some((DISPLACEMENT, state.derivative.first)),
+            _ => None,
+        }
+    }
+
+    /// The sensor that the fast flows indicate after the displacement has failed, at a share of the limits. The sums of
+    /// wrong signs select velocity or force.
+    #[inline(always)]
+    pub(super) fn contradiction_by_flow(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
+        let (balance, limits) = (&state.balance, &self.balance);
+        let beyond =
+            balance.turned.is_beyond(limits.turned, share) || balance.fast.is_beyond(limits.fast, share);
+        match self.only_motion(state) {
+            _ if state.stroke.against.is_beyond(self.stroke.against, 1.0) => Cause::SpoolImplausible,
+            Some((sensor, _)) if beyond && self.spool_follows(state) => {
+                of_sign(state.reversal.larger(), sensor)
+            }
+            _ => Cause::None,
+        }
+    }
+
+    /// Whether the spool is on the side of its command, has not moved against it of late, and is not frozen.
     #[inline(always)]
     fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
-        let ([.., spool], opening) = (&state.signals, state.stroke.opening);
-        let same = (spool.last - self.null_bias) * (opening - self.null_bias) > T::splat(0.0);
-        same && !self.is_frozen(spool)
+        let ([.., spool], stroke) = (&state.signals, &state.stroke);
+        let same = (spool.last - self.null_bias) * (stroke.opening - self.null_bias) > T::splat(0.0);
+        same && !stroke.against.is_beyond(self.stroke.against, AGAINST) && !self.is_frozen(spool)
     }
 
     /// A signal whose noise has stopped, or that repeats although it should have moved.

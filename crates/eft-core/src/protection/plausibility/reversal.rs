@@ -1,12 +1,12 @@
-//! Notices a displacement or a force of the wrong sign on a rig without a velocity sensor.
+//! Notices a motion or a force of the wrong sign while a single sensor shows the motion: the displacement on a rig without
+//! a velocity sensor, or the velocity after the displacement has failed.
 //!
-//! The flows of valve and oil show the motion a second time: v = b − o, with the displacement's derivative v, and the
-//! velocities b and o by the flows of valve and oil. A wrong sign of the displacement makes it −v = b − o, and one of the
+//! The flows of valve and oil show the motion a second time: v = b − o, with the sensor's velocity v, and the
+//! velocities b and o by the flows of valve and oil. A wrong sign of the sensor makes it −v = b − o, and one of the
 //! force v = b + o. Each has a cumulative sum of a quarter of the difference between the squared residual of v = b − o and
 //! its own. It is divided by |b − o|, or by a least velocity if that is larger, so that it is a path, and a noise of the
 //! displacement adds no more than itself.
 
-use crate::cause::Cause;
 use crate::integrity::integrity;
 use crate::number::Real;
 
@@ -33,19 +33,40 @@ pub(crate) struct ReversalWatch<T> {
 }
 integrity!(ReversalWatch<T>: slow, drift, limit);
 
-/// The sums (m) for a wrong sign of displacement and force.
+/// What has the wrong sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wrong {
+    Motion,
+    Force,
+}
+
+/// The sums (m) for a wrong sign of motion and force.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Reversal<T> {
-    displacement: T,
-    force: T,
+    pub(super) motion: T,
+    pub(super) force: T,
 }
-integrity!(Reversal<T>: displacement, force);
+integrity!(Reversal<T>: motion, force);
+
+impl<T: Real> Reversal<T> {
+    /// The one whose wrong sign explains more.
+    #[inline(always)]
+    pub(super) fn larger(&self) -> Option<Wrong> {
+        if self.motion > self.force {
+            Some(Wrong::Motion)
+        } else if self.force > self.motion {
+            Some(Wrong::Force)
+        } else {
+            None
+        }
+    }
+}
 
 impl<T: Real> ReversalWatch<T> {
-    /// Adds a tick's velocities (m/s) by the displacement and by the flows of valve and oil, and returns which of displacement
-    /// and force has the wrong sign. A share (1) of the null bias is not known yet. The force may be far from its
+    /// Adds a tick's velocities (m/s) by the sensor and by the flows of valve and oil, and returns which of motion and
+    /// force has the wrong sign. A share (1) of the null bias is not known yet. The force may be far from its
     /// command, and the protection may have tripped.
     #[inline(always)]
     pub(super) fn add(
@@ -55,7 +76,7 @@ impl<T: Real> ReversalWatch<T> {
         [velocity, valve, oil]: [T; 3],
         unknown: T,
         [astray, tripped]: [bool; 2],
-    ) -> Cause {
+    ) -> Option<Wrong> {
         let by_flow = valve - oil;
         let size = by_flow.abs();
         let per_flow = T::splat(1.0) / if size > self.slow { size } else { self.slow };
@@ -69,16 +90,10 @@ impl<T: Real> ReversalWatch<T> {
             *sum = (*sum + period * gain).limit(T::splat(0.0), T::splat(MOST) * self.limit);
             *sum
         };
-        let of_displacement = add(&mut sums.displacement, -(velocity * by_flow));
+        let of_motion = add(&mut sums.motion, -(velocity * by_flow));
         let of_force = add(&mut sums.force, oil * (velocity - valve));
         let limit = T::splat(if tripped { TRIPPED } else { 1.0 }) * self.limit;
-        if of_displacement > limit && of_displacement > of_force {
-            Cause::DisplacementImplausible
-        } else if of_force > limit && of_force > of_displacement {
-            Cause::ForceImplausible
-        } else {
-            Cause::None
-        }
+        if of_motion > limit || of_force > limit { sums.larger() } else { None }
     }
 }
 

@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use super::*;
+use crate::protection::plausibility::reversal::Reversal;
 use crate::protection::plausibility::sums::{Began, Sum};
 use crate::protection::plausibility::tests::{
     self, AGAINST, BALANCE, FAST, RATIO, STROKE, TRAVEL, TURNED, limits, sums,
@@ -92,6 +93,33 @@ fn the_sums_name_the_sensor() {
     let mut state = with(&[(FAST, 1.01)], &[SPOOL]);
     state.signals[SPOOL].repeats = 11;
     assert_eq!(watch().contradiction(&state, 1.0), Cause::ForceImplausible);
+}
+
+#[test]
+fn without_a_displacement_the_fast_flows_name_velocity_or_force() {
+    use Cause::{ForceImplausible as Force, VelocityImplausible as Velocity};
+    let name = |of: usize, size: f64, share: f64, [motion, force]: [f64; 2], opening: f64| {
+        let mut state = with(&[(of, size)], &[]);
+        state.distrust(Cause::DisplacementLost);
+        (state.stroke.opening, state.signals[SPOOL].last) = (0.1, opening);
+        state.reversal = Reversal { motion, force };
+        watch().contradiction_by_flow(&state, share)
+    };
+    for (sums, cause) in [([2.0, 1.0], Velocity), ([1.0, 2.0], Force), ([1.0, 1.0], Cause::None)] {
+        for of in [FAST, TURNED] {
+            assert_eq!(name(of, 1.01, 1.0, sums, 0.2), cause, "{sums:?}");
+            assert_eq!(name(of, 0.51, 0.5, sums, 0.2), cause, "{sums:?}");
+            assert_eq!(name(of, 0.99, 1.0, sums, 0.2), Cause::None);
+            // The spool is not where its command is.
+            assert_eq!(name(of, 1.01, 1.0, sums, -0.2), Cause::None);
+        }
+        for of in [BALANCE, TRAVEL, RATIO, STROKE] {
+            assert_eq!(name(of, 1.01, 1.0, sums, 0.2), Cause::None, "{of}");
+        }
+        for (against, cause) in [(0.99, Cause::None), (1.01, Cause::SpoolImplausible)] {
+            assert_eq!(name(AGAINST, against, 1.0, sums, 0.2), cause);
+        }
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::*;
 use crate::cause::Cause;
 use crate::parameters::{Levels, Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
-use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL};
+use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
 use crate::protection::plausibility::null::MissingOpening;
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
@@ -69,7 +69,7 @@ fn a_tick_adds_the_path_that_each_wrong_sign_explains_better() {
         let mut state = moving(velocity, valve, oil);
         watch().reversed(&mut state, astray, false);
         let expected = [displacement, force].map(|gain: f64| 1e-3 * gain.max(0.0));
-        let found = [state.reversal.displacement, state.reversal.force];
+        let found = [state.reversal.motion, state.reversal.force];
         for (found, expected) in found.into_iter().zip(expected) {
             assert!((found - expected).abs() < 1e-15, "{velocity} {valve} {oil}: {found} {expected}");
         }
@@ -111,6 +111,13 @@ fn what_a_force_or_a_spool_of_wrong_sign_explains_is_not_of_the_displacement() {
         change(&mut state);
         assert_eq!(ticks(&mut state, true, true), None, "{state:?}");
     }
+    // A tenth of the limit of a motion against the command is enough, and such ticks do not count later.
+    for (share, sum) in [(0.09, 1.996e-4), (0.11, 0.0)] {
+        let mut state = moving(-0.2, 0.3, 0.0);
+        state.stroke.against.above = share * watch().stroke.against;
+        watch().reversed(&mut state, true, true);
+        assert!((state.reversal.motion - sum).abs() < 1e-12, "{share}");
+    }
     // Either side of the null.
     for (null_bias, follows) in [(0.05, true), (0.15, false), (0.25, true), (-0.15, true)] {
         let mut state = moving(-0.2, 0.3, 0.0);
@@ -121,9 +128,29 @@ fn what_a_force_or_a_spool_of_wrong_sign_explains_is_not_of_the_displacement() {
             "{null_bias}"
         );
     }
-    let mut state = moving(-0.2, 0.3, 0.0);
+}
+
+#[test]
+fn after_the_displacement_has_failed_a_sensor_of_the_velocity_shows_the_motion() {
+    use Cause::{ForceImplausible as Force, VelocityImplausible as Velocity};
     let with_sensor = Plausibility { senses_velocity: true, ..watch() };
-    assert!((0..1000).all(|_| with_sensor.reversed(&mut state, true, true) == Cause::None));
+    let cause = |distrusted: [bool; 4], frozen: bool, [velocity, valve, oil]: [f64; 3]| {
+        let mut state = PlausibilityState { distrusted, ..moving(0.0, valve, oil) };
+        (state.smooth, state.signals[VELOCITY].repeats) = ([velocity, 0.0], if frozen { 1000 } else { 0 });
+        let found = (1..=1000).map(|tick| (tick, with_sensor.reversed(&mut state, true, false)));
+        found.into_iter().find(|(_, cause)| *cause != Cause::None)
+    };
+    let (only_velocity, of_velocity, of_force) =
+        ([false, true, false, false], [-0.2, 0.3, 0.0], [0.2, 0.05, 0.15]);
+    assert_eq!(cause(only_velocity, false, of_velocity), Some((6, Velocity)));
+    assert_eq!(cause(only_velocity, false, of_force), Some((7, Force)));
+    // The oil's flow explains all that a frozen velocity does not show.
+    assert_eq!(cause(only_velocity, true, of_force), None);
+    assert_eq!(cause(only_velocity, false, [0.2, 0.3, 0.1]), None);
+    for distrusted in [[false; 4], [false, false, true, false], [false, true, true, false]] {
+        assert_eq!(cause(distrusted, false, of_velocity), None, "{distrusted:?}");
+        assert_eq!(cause(distrusted, false, of_force), None, "{distrusted:?}");
+    }
 }
 
 #[test]
@@ -156,10 +183,10 @@ fn the_next_force_is_accepted_after_a_displacement_of_wrong_sign_made_it_jump() 
 #[test]
 fn a_sum_stays_within_a_thousand_limits() {
     let mut state = moving(0.2, 0.3, 0.0);
-    state.reversal.displacement = 0.1;
+    state.reversal.motion = 0.1;
     watch().reversed(&mut state, false, false);
-    assert!((state.reversal.displacement - (0.1 - 1e-3 * 0.21)).abs() < 1e-15);
-    (state.derivative.first, state.reversal.displacement) = (-2e3, 0.5);
+    assert!((state.reversal.motion - (0.1 - 1e-3 * 0.21)).abs() < 1e-15);
+    (state.derivative.first, state.reversal.motion) = (-2e3, 0.5);
     watch().reversed(&mut state, false, false);
-    assert!((state.reversal.displacement - 1.0).abs() < 1e-15);
+    assert!((state.reversal.motion - 1.0).abs() < 1e-15);
 }

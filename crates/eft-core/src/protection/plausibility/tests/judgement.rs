@@ -110,6 +110,27 @@ fn only_after_a_sample_without_a_lost_or_distrusted_reading_the_motion_continues
 }
 
 #[test]
+fn the_flows_are_compared_without_a_displacement_that_is_known_to_have_failed() {
+    for (displacement, failed, compared, goes_on) in [
+        (0.0, false, true, true),
+        (f64::NAN, false, false, false),
+        (0.0, true, true, true),
+        (f64::NAN, true, true, false),
+    ] {
+        let mut state = PlausibilityState::default();
+        (state.motion.goes_on, state.distrusted[DISPLACEMENT]) = (true, failed);
+        let (velocity, known) = (0.1, Known { valve_command: 0.0, ..KNOWN });
+        watch().judge(&mut state, &Input { displacement, velocity, ..REST }, velocity, &known);
+        let balance = &state.balance;
+        assert_eq!(
+            (balance.taken > 0.0, state.motion.goes_on),
+            (compared, goes_on),
+            "{displacement} {failed}"
+        );
+    }
+}
+
+#[test]
 fn a_force_jumps_while_it_is_lost_to_the_gate() {
     for (lost, jumped, jumps) in [(0, true, false), (1, false, false), (1, true, true)] {
         let mut state = PlausibilityState::<f64>::default();
