@@ -1,11 +1,12 @@
 //! The response of the structure to exactly the commanded force, with which every scheme is compared.
 
+use crate::closed_loop::linear_motion::LinearMotion;
 use crate::closed_loop::simulate::{SimulateOptions, check_commands, one_actuator};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
 use crate::interruption;
-use crate::plant::{Equations, Motion, Stages, Structure, TimeGrid, runge_kutta};
+use crate::plant::{Equations, Motion, Stages, Structure, TimeGrid, linear_up_to, runge_kutta};
 
 /// Motion of the structure alone, one value per command sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,8 +17,11 @@ pub struct IdealResponse {
     pub velocity: Vec<f64>,
 }
 
-/// The structure's response to the command, which is linear between samples. Runge–Kutta steps are at most as
-/// long as the options' largest step.
+/// The structure's response to the command, which is linear between samples.
+///
+/// A linear structure takes exact steps from sample to sample. Other structures take Runge–Kutta steps at most
+/// as long as the options' largest step. Where the displacement is below the softening one at both ends of a
+/// step, that step is exact as well.
 ///
 /// # Errors
 /// As [`ideal_responses`], or a building, which needs one command per story.
@@ -43,14 +47,13 @@ pub fn ideal_responses(
 ) -> Result<Vec<IdealResponse>> {
     let (sample_rate, samples) = check_commands(rig, commands)?;
     let grid = options.grid(rig, sample_rate)?;
-    let structure = Structure::pack(&|_| rig);
-    let at_rest = vec![Motion::default(); structure.len()];
+    let at_rest = vec![Motion::default(); commands.len()];
     let force = |i: usize, floor: usize| {
         let values = &commands[floor].values;
         let now = values[i];
         [now, (values.get(i + 1).copied().unwrap_or(now) - now) * sample_rate]
     };
-    let responses = motions(&structure, &at_rest, samples, grid, force)?;
+    let responses = motions(rig, &at_rest, samples, grid, force)?;
     let finite =
         |i: usize| responses.iter().all(|r| r.displacement[i].is_finite() && r.velocity[i].is_finite());
     match (0..samples).find(|&i| !finite(i)) {
@@ -63,10 +66,10 @@ pub fn ideal_responses(
     }
 }
 
-/// The motion of a structure from `start` on under forces. `force(i, floor)` returns the force on a floor at
-/// sample `i` (N) and its rate until the next sample (N/s).
+/// The motion of a rig's structure from `start` on under forces. `force(i, floor)` returns the force on a floor
+/// at sample `i` (N) and its rate until the next sample (N/s).
 pub(crate) fn motions(
-    structure: &Structure<f64>,
+    rig: &RigConfig,
     start: &[Motion<f64>],
     samples: usize,
     grid: TimeGrid,
@@ -75,39 +78,65 @@ pub(crate) fn motions(
     let floors: Vec<[f64; 3]> = start.iter().map(|motion| motion.to_array()).collect();
     match *floors {
         // A state of known length is faster by a third.
-        [one] => motions_from(structure, one, samples, grid, force),
-        _ => motions_from(structure, floors.concat(), samples, grid, force),
+        [one] => motions_from(rig, one, samples, grid, force),
+        _ => motions_from(rig, floors.concat(), samples, grid, force),
     }
 }
 
 /// As [`motions`], from the state of every floor.
 fn motions_from<X: Clone + AsRef<[f64]> + AsMut<[f64]>>(
-    structure: &Structure<f64>,
+    rig: &RigConfig,
     mut state: X,
     samples: usize,
-    grid: TimeGrid,
+    mut grid: TimeGrid,
     force: impl Fn(usize, usize) -> [f64; 2],
 ) -> Result<Vec<IdealResponse>> {
+    let structure = &Structure::pack(&|_| rig);
     let trace = || Vec::with_capacity(samples);
     let response = |_| IdealResponse { displacement: trace(), velocity: trace() };
     let mut responses: Vec<_> = (0..structure.len()).map(response).collect();
-    let mut stages = Stages::new(&state);
+    let limit = linear_up_to(rig);
+    let linear =
+        |step: f64| LinearMotion::new(&state, step, limit, |at, floor| unit_rates(structure, at, floor));
+    let whole_sample = linear(1.0 / grid.sample_rate).filter(|_| limit == f64::INFINITY);
+    if whole_sample.is_some() {
+        grid = TimeGrid::new(grid.sample_rate, 1);
+    }
+    let linear = whole_sample.or_else(|| linear(grid.step()));
+    let (mut stages, mut next) = (Stages::new(&state), state.clone());
     for i in 0..samples {
         if i.is_multiple_of(grid.quick_ticks()) {
             interruption::check()?;
         }
         let floors = state.as_ref().as_chunks().0;
-        for ([displacement, velocity, _], response) in floors.iter().zip(&mut responses) {
-            response.displacement.push(*displacement);
-            response.velocity.push(*velocity);
+        for (floor, response) in responses.iter_mut().enumerate() {
+            let [displacement, velocity, _] = floors[floor];
+            response.displacement.push(displacement);
+            response.velocity.push(velocity);
         }
         let mut equations = Forced { structure, force: |floor| force(i, floor) };
         for n in 0..grid.steps {
             let start = f64::from(n) * grid.step();
-            runge_kutta(state.as_mut(), &mut stages, start, grid.step(), &mut equations);
+            let over_step = |floor| {
+                let [now, slope] = force(i, floor);
+                [now + slope * start, slope * grid.step()]
+            };
+            if linear.as_ref().is_some_and(|linear| linear.step(&state, &mut next, over_step)) {
+                std::mem::swap(&mut state, &mut next);
+            } else {
+                runge_kutta(state.as_mut(), &mut stages, start, grid.step(), &mut equations);
+            }
         }
     }
     Ok(responses)
+}
+
+/// The rates of a state under 1 N on one floor or on none.
+fn unit_rates(structure: &Structure<f64>, state: &[f64], pushed: Option<usize>) -> Vec<f64> {
+    let force = |floor| [if pushed == Some(floor) { 1.0 } else { 0.0 }, 0.0];
+    let mut rates = vec![0.0; state.len()];
+    Forced { structure, force }.rate(state, 0.0, &mut rates);
+    rates
 }
 
 /// A structure under forces that are linear in time.
@@ -140,6 +169,7 @@ impl<F: Fn(usize) -> [f64; 2]> Equations<f64> for Forced<'_, F> {
 mod tests {
     use super::*;
     use crate::config::{RigValues, StructureKind};
+    use crate::ground_motion::excitation::sine_sweep;
 
     fn respond(rig: &RigConfig, command: &Command) -> Result<IdealResponse> {
         ideal_response(rig, command, &SimulateOptions::default())
@@ -166,7 +196,7 @@ mod tests {
         for (t, x) in command.time().into_iter().zip(&response.displacement) {
             let (sin, cos) = (damped * t).sin_cos();
             let exact = 1.0 - (-zeta * omega * t).exp() * (cos + zeta * omega / damped * sin);
-            assert!((x / scale - exact).abs() < 1e-7, "{t} s: {x} instead of {}", exact * scale);
+            assert!((x / scale - exact).abs() < 1e-11, "{t} s: {x} instead of {}", exact * scale);
         }
     }
 
@@ -180,7 +210,74 @@ mod tests {
         let response = respond(&rig, &command).unwrap();
         for (t, x) in command.time().into_iter().zip(&response.displacement) {
             let exact = 4e3 * (t - (omega * t).sin() / omega) / k;
-            assert!((x - exact).abs() < 1e-7 * 20e3 / k, "{t} s");
+            assert!((x - exact).abs() < 1e-12 * 20e3 / k, "{t} s");
+        }
+    }
+
+    /// Linear and softening structures and a building, with commands of which one softens the spring.
+    fn structures() -> [(RigConfig, Vec<Command>); 3] {
+        let building = RigConfig::zhao2005()
+            .replace(&[
+                ("structure.kind", "shear_building".into()),
+                ("structure.stories.masses", vec![7040.0, 6000.0, 3000.0].into()),
+                ("structure.stories.dampings", vec![4330.0, 0.0, 2e3].into()),
+                ("structure.stories.stiffnesses", vec![9e5, 6e5, 4e5].into()),
+            ])
+            .unwrap();
+        let sweep = |amplitude| sine_sweep(amplitude, 0.5, 4.0, 8.0, 256.0).unwrap();
+        [
+            (linear(4330.0), vec![sweep(9e3)]),
+            (RigConfig::zhao2005(), vec![sweep(9e3)]),
+            (building, vec![sweep(3e3), sweep(-1e3), sweep(2e3)]),
+        ]
+    }
+
+    #[test]
+    fn exact_steps_agree_with_runge_kutta() {
+        for (rig, commands) in structures() {
+            let found = ideal_responses(&rig, &commands, &SimulateOptions::default()).unwrap();
+            let structure = Structure::<f64>::pack(&|_| &rig);
+            let mut state = vec![0.0; 3 * commands.len()];
+            let mut stages = Stages::new(&state);
+            let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            // The step with a kink of the spring is less accurate.
+            let tolerance = if rig.structure.kind == StructureKind::Bilinear { 1e-6 } else { 1e-11 };
+            let steps = 64;
+            for i in 0..commands[0].values.len() - 1 {
+                for (floor, response) in found.iter().enumerate() {
+                    let [x, v, _] = state.as_chunks().0[floor];
+                    for (found, expected, all) in [
+                        (response.displacement[i], x, &response.displacement),
+                        (response.velocity[i], v, &response.velocity),
+                    ] {
+                        let error = (found - expected).abs() / largest(all);
+                        assert!(
+                            error < tolerance,
+                            "{:?}, sample {i}, floor {floor}: {error}",
+                            rig.structure.kind
+                        );
+                    }
+                }
+                let [now, next] =
+                    [i, i + 1].map(|i| commands.iter().map(|c| c.values[i]).collect::<Vec<_>>());
+                let force = |floor: usize| [now[floor], (next[floor] - now[floor]) * 256.0];
+                let mut equations = Forced { structure: &structure, force };
+                let step = 1.0 / 256.0 / f64::from(steps);
+                for n in 0..steps {
+                    runge_kutta(&mut state, &mut stages, f64::from(n) * step, step, &mut equations);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_steps_of_a_linear_structure_do_not_matter() {
+        for (rig, commands) in structures() {
+            let [default, coarse] = [SimulateOptions::default().largest_step, 1.0].map(|largest_step| {
+                let options = SimulateOptions { largest_step, ..SimulateOptions::default() };
+                ideal_responses(&rig, &commands, &options).unwrap()
+            });
+            assert_eq!(default == coarse, rig.structure.kind != StructureKind::Bilinear);
         }
     }
 
@@ -204,8 +301,17 @@ mod tests {
 
     #[test]
     fn a_structure_that_cannot_be_integrated_is_refused() {
-        let stiff = |rig: &mut RigValues| (rig.structure.mass, rig.structure.stiffness) = (1e-3, 1e15);
-        let rig = linear(0.0).with(stiff).unwrap();
+        let rig = linear(0.0)
+            .replace(&[
+                ("structure.kind", "bouc_wen".into()),
+                ("structure.mass", 1e-3.into()),
+                ("structure.stiffness", 1e15.into()),
+                ("structure.bouc_wen.yield_displacement", 0.02.into()),
+                ("structure.bouc_wen.post_yield_ratio", 0.1.into()),
+                ("structure.bouc_wen.exponent", 1.0.into()),
+                ("structure.bouc_wen.shape", 0.5.into()),
+            ])
+            .unwrap();
         let error = respond(&rig, &Command::new(vec![1.0; 100], 1.0).unwrap()).unwrap_err();
         assert!(error.to_string().starts_with("largest_step = "), "{error}");
     }

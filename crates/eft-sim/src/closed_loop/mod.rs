@@ -13,6 +13,7 @@ pub(crate) mod general;
 mod held;
 mod ideal;
 mod learning;
+mod linear_motion;
 pub(crate) mod loops;
 mod method;
 mod replay;

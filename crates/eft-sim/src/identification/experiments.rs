@@ -9,8 +9,7 @@ use crate::error::{Error, Result};
 use crate::ground_motion::excitation::{samples, sine_sweep};
 use crate::interruption;
 use crate::plant::{
-    ActuatorState, Driver, Equations, Motion, Plant, ServoActuator, Spool, Stages, Structure, TimeGrid,
-    runge_kutta,
+    ActuatorState, Driver, Equations, Motion, Plant, ServoActuator, Spool, Stages, TimeGrid, runge_kutta,
 };
 
 /// Output of the displacement control (V) for the full stroke.
@@ -147,7 +146,7 @@ pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f6
     let too_slow =
         |_| Error::value("sample_rate", Short(sample_rate), "must be higher: a sample has too many steps");
     let grid = SimulateOptions::default().grid(rig, sample_rate).map_err(too_slow)?;
-    let mut responses = motions(&Structure::pack(&|_| rig), &start, samples, grid, |_, _| [0.0; 2])?;
+    let mut responses = motions(rig, &start, samples, grid, |_, _| [0.0; 2])?;
     let displacement = responses.swap_remove(0).displacement;
     if displacement.iter().all(|x| x.is_finite()) {
         return Ok(displacement);

@@ -41,7 +41,7 @@ pub(crate) use servo_actuator::ServoActuator;
 pub use signals::Signals;
 pub(crate) use spool::Spool;
 pub(crate) use state::ActuatorState;
-pub(crate) use structure::{Motion, Structure};
+pub(crate) use structure::{Motion, Structure, linear_up_to};
 pub(crate) use supply::Supply;
 pub(crate) use time_grid::{TimeGrid, longest_step};
 

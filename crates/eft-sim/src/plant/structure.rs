@@ -131,6 +131,21 @@ pub(crate) fn is_plain(rig: &RigConfig) -> bool {
     rig.structure.power_damper.is_none() && matches!(rig.structure.kind, Linear | Bilinear)
 }
 
+/// The drift (m) up to which the true structure moves linearly: zero with hysteresis or a power damper, infinite
+/// without softening.
+pub(crate) fn linear_up_to(rig: &RigConfig) -> f64 {
+    let structure = &rig.plant().structure;
+    match structure.kind {
+        StructureKind::ShearBuilding => f64::INFINITY,
+        _ if structure.power_damper.is_some() => 0.0,
+        StructureKind::Linear => f64::INFINITY,
+        StructureKind::Bilinear => {
+            structure.softening.as_ref().map_or(f64::INFINITY, |soft| soft.displacement)
+        }
+        StructureKind::BoucWen => 0.0,
+    }
+}
+
 /// The fastest rate (1/s) of the parts beyond the plain structure.
 pub(crate) fn fastest_rate(rig: &RigConfig) -> f64 {
     let structure = &rig.structure;
