@@ -30,12 +30,11 @@ pub fn delay(command: &[f64], measured: &[f64], sample_rate: f64) -> Result<f64>
 
 /// [`super::nrmse`] against the measured signal `lag` samples later; the caller must have called [`check`].
 pub(super) fn nrmse_at_lag(command: &[f64], measured: &[f64], lag: f64) -> Result<f64> {
-    let last = measured.len() as f64 - 1.0;
+    let between = Between::new(lag);
     let (mut error, mut reference) = (0.0, 0.0);
     for (i, c) in command.iter().enumerate() {
-        let position = i as f64 + lag;
-        if (0.0..=last).contains(&position) {
-            let difference = between_samples(measured, position) - c;
+        if let Some(later) = between.value(measured, i) {
+            let difference = later - c;
             error += difference * difference;
             reference += c * c;
         }
@@ -160,22 +159,39 @@ fn cosine_peak(before: f64, top: f64, after: f64) -> (f64, f64) {
     ((tan.atan() / step).clamp(-0.5, 0.5), (top * tan.hypot(1.0)).min(1.0))
 }
 
-/// A signal between its samples: a cubic through four of them, a line at the ends.
-fn between_samples(signal: &[f64], position: f64) -> f64 {
-    let left = position as usize;
-    let t = position - left as f64;
-    if t == 0.0 {
-        return signal[left];
+/// A signal some samples later: a cubic through four of its samples, a line at its ends.
+struct Between {
+    /// Whole samples, and the rest.
+    whole: isize,
+    t: f64,
+    /// Of the four samples around.
+    weights: [f64; 4],
+}
+
+impl Between {
+    fn new(lag: f64) -> Self {
+        let t = lag - lag.floor();
+        let (before, after) = (t + 1.0, t - 1.0);
+        let beyond = t - 2.0;
+        let weights = [
+            t * after * beyond / -6.0,
+            before * after * beyond / 2.0,
+            before * t * beyond / -2.0,
+            before * t * after / 6.0,
+        ];
+        Self { whole: lag.floor() as isize, t, weights }
     }
-    let (b, c) = (signal[left], signal[left + 1]);
-    if left == 0 || left + 2 >= signal.len() {
-        return b + t * (c - b);
+
+    /// The value later than sample `i`, if the signal reaches so far.
+    fn value(&self, signal: &[f64], i: usize) -> Option<f64> {
+        let left = i.checked_add_signed(self.whole)?;
+        if let Some([a, b, c, d]) = left.checked_sub(1).and_then(|first| signal.get(first..first + 4)) {
+            let [of_a, of_b, of_c, of_d] = self.weights;
+            return Some((of_a * a + of_d * d) + (of_b * b + of_c * c));
+        }
+        let value = *signal.get(left)?;
+        if self.t == 0.0 { Some(value) } else { Some(value + self.t * (signal.get(left + 1)? - value)) }
     }
-    let (a, d) = (signal[left - 1], signal[left + 2]);
-    let third = (d - a) / 6.0 + 0.5 * (b - c);
-    let second = 0.5 * (a + c) - b;
-    let first = c - a / 3.0 - 0.5 * b - d / 6.0;
-    b + t * (first + t * (second + t * third))
 }
 
 #[cfg(test)]
