@@ -247,8 +247,9 @@ def simulate(
 def ideal_response(rig: Rig, command: Command) -> IdealResponse:
     """Compute what the rig's structure would do if the command were applied without error.
 
-    The structure starts at rest; the command is linear between samples. The steps of a linear structure are exact. A
-    structure with softening, hysteresis or a power damper takes Runge-Kutta steps wherever its motion is not linear.
+    The structure starts at rest; the command is linear between samples. The steps of a linear structure are
+    exact. A structure with softening, hysteresis or a power damper takes Runge-Kutta steps wherever its
+    motion is not linear.
 
     Parameters
     ----------
