@@ -17,10 +17,12 @@ pub(super) const NOMINAL_DAMPING: f64 = 0.2;
 const NOMINAL_GAIN_MARGIN: f64 = 3.0;
 /// Least static gain (1) of the loop; with less the loop does not control the force.
 pub(super) const LEAST_STATIC_GAIN: f64 = 5.0;
-/// Range of the search for the proportional gain (1). `T_D` (s) is sought from a tenth to ten times the
-/// valve's time scale.
+/// Range of the search for the proportional gain (1) and its steps, of equal ratio. `T_D` (s) is sought from a tenth to
+/// ten times the valve's time scale.
 const GAINS: (f64, f64) = (1e-6, 1e3);
-const GAIN_STEPS: usize = 20;
+const GAIN_STEPS: u32 = 1 << 20;
+/// Bisections of this range before the secant method, which then has a factor of 1.9.
+const BISECTIONS: u32 = 5;
 const TIME_STEPS: usize = 12;
 /// Times of the integral part over the valve's time scale (1). The first is 10 ms and 17 Hz on the paper's rig. At the
 /// specimen's frequency the integral part reduces what an error of the compensation, friction and overlap leave. A
@@ -147,14 +149,22 @@ fn useful(
     plant: &HeldPiston,
     most: &mut Option<f64>,
 ) -> Result<Option<ForceLoop>> {
-    let designed = ForceLoop::new(gains, nominal);
-    let margins = designed.margins().map_err(no_poles)?;
-    if margins.damping < NOMINAL_DAMPING || margins.gain < NOMINAL_GAIN_MARGIN {
+    let has_margins = || -> Result<bool> {
+        for plant in nominal {
+            if plant.damping(gains)? < NOMINAL_DAMPING
+                || !plant.has_gain_margin(gains, NOMINAL_GAIN_MARGIN)?
+            {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    };
+    if !has_margins().map_err(no_poles)? {
         return Ok(None);
     }
     let static_gain = gains.proportional * plant.static_gain();
     *most = Some(most.map_or(static_gain, |most: f64| most.max(static_gain)));
-    Ok((static_gain >= LEAST_STATIC_GAIN).then_some(designed))
+    Ok((static_gain >= LEAST_STATIC_GAIN).then(|| ForceLoop::new(gains, nominal)))
 }
 
 /// The refusal of a rig, by the largest static gain (1) of a loop with the margins.
@@ -196,21 +206,58 @@ fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<
         derivative: proportional * time,
         integral: proportional / integral_time,
     };
-    let damped = |proportional: f64| damped(corners, with(proportional), LEAST_DAMPING);
-    let (mut low, mut high) = GAINS;
+    let (mut low, high) = GAINS;
     // With little leakage the integral part causes a slow oscillation at the smallest gains.
-    while !damped(low)? {
+    while !damped(corners, with(low), LEAST_DAMPING)? {
         low *= 10.0;
         if low > high {
             return Ok(None);
         }
     }
-    for _ in 0..GAIN_STEPS {
-        let middle = (low * high).sqrt();
-        if damped(middle)? { low = middle } else { high = middle }
+    let gains = |step: u32| with(low * libm::pow(high / low, f64::from(step) / f64::from(GAIN_STEPS)));
+    // Between small gains with a slow oscillation and too large ones there may be two ranges of damped gains, of which
+    // bisection chooses one.
+    let (mut first, mut end) = (0, GAIN_STEPS);
+    while end - first > GAIN_STEPS >> BISECTIONS {
+        let middle = (first + end) / 2;
+        if damped(corners, gains(middle), LEAST_DAMPING)? { first = middle } else { end = middle }
+    }
+    for corner in corners {
+        end = first_undamped(|step| Ok(corner.damping(gains(step))? - LEAST_DAMPING), first, end)?;
     }
     // Four digits are independent of rounding differences between machines.
-    Ok(Some(with(low).rounded()))
+    Ok(Some(gains(end - 1).rounded()))
+}
+
+/// The first step of the gain without an excess of damping (1) after a step `from` that has one, and at most `end`: the
+/// Illinois method, a secant whose end that stays counts half.
+fn first_undamped(excess: impl Fn(u32) -> Result<f64>, from: u32, end: u32) -> Result<u32> {
+    // Where the last step before `end` has an excess, all have.
+    let last = excess(end - 1)?;
+    if last >= 0.0 {
+        return Ok(end);
+    }
+    let (mut below, mut above) = ((from, excess(from)?), (end - 1, last));
+    let mut stayed = 0;
+    while above.0 - below.0 > 1 {
+        let width = above.0 - below.0;
+        let share = f64::from(width) * below.1 / (below.1 - above.1);
+        let next = below.0 + (share as u32).clamp(1, width - 1);
+        let found = excess(next)?;
+        if found < 0.0 {
+            above = (next, found);
+            stayed = stayed.min(0) - 1;
+        } else {
+            below = (next, found);
+            stayed = stayed.max(0) + 1;
+        }
+        match stayed {
+            2.. => above.1 *= 0.5,
+            ..=-2 => below.1 *= 0.5,
+            _ => (),
+        }
+    }
+    Ok(above.0)
 }
 
 impl Gains {

@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix};
 
 use crate::error::Result;
-use crate::state_space::StateSpace;
 use crate::state_space::matrices::exponential;
+use crate::state_space::{Mode, StateSpace};
 
 /// Valve, actuator and digital side of a force loop, in SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -232,16 +232,16 @@ impl Sampled {
         }
     }
 
-    /// Damping ratio (1) of the closed loop's least damped mode, the oil column's; −1 where the loop is unstable.
+    /// Damping ratio (1) of the closed loop's least damped mode, the oil column's; not positive where the loop is
+    /// unstable.
     pub(super) fn damping(&self, gains: Gains) -> Result<f64> {
         let modes = self.model(gains, true).modes()?;
-        if modes.iter().any(|mode| mode.pole.re >= 0.0) {
-            return Ok(-1.0);
-        }
-        // Poles near the negative real axis of the z-plane belong to the sampling, not to the oil.
-        let oil = |frequency: f64| frequency < 0.25 * self.rate;
-        let dampings = modes.iter().filter(|mode| oil(mode.frequency)).map(|mode| mode.damping);
-        Ok(dampings.fold(1.0, f64::min))
+        // Stable poles near the negative real axis of the z-plane belong to the sampling, not to the oil.
+        let of = |mode: &Mode| match mode.pole.re >= 0.0 {
+            true => Some(mode.damping.min(0.0)),
+            false => (mode.frequency < 0.25 * self.rate).then_some(mode.damping),
+        };
+        Ok(modes.iter().filter_map(of).fold(1.0, f64::min))
     }
 }
 

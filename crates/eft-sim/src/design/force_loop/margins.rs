@@ -16,21 +16,47 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 impl Sampled {
     pub(super) fn gain_margin(&self, gains: Gains) -> Result<f64> {
-        let stable =
-            |factor: f64| -> Result<bool> { Ok(self.model(gains.scaled(factor), true).growth_rate()? < 0.0) };
+        let between = self.last_stable(gains, f64::INFINITY)?;
+        self.gain_margin_within(gains, between)
+    }
+
+    /// Whether the gain margin is at least so large.
+    pub(super) fn has_gain_margin(&self, gains: Gains, least: f64) -> Result<bool> {
+        match self.last_stable(gains, least)? {
+            (low, _) if low >= least => Ok(true),
+            (_, high) if high <= least => Ok(false),
+            between => Ok(self.gain_margin_within(gains, between)? >= least),
+        }
+    }
+
+    /// Two factors on the gains in the ratio 1.1: the first is stable, and the second unstable if the first is less than
+    /// `enough`. Infinite if no factor is unstable.
+    fn last_stable(&self, gains: Gains, enough: f64) -> Result<(f64, f64)> {
         let (mut low, mut high) = (1.0, 1.0);
-        while stable(high)? {
+        while low < enough && self.is_stable(gains.scaled(high))? {
             low = high;
             high *= 1.1;
             if high > GAINS.1 {
-                return Ok(f64::INFINITY);
+                return Ok((f64::INFINITY, f64::INFINITY));
             }
+        }
+        Ok((low, high))
+    }
+
+    /// The margin between a stable factor and an unstable one.
+    fn gain_margin_within(&self, gains: Gains, (mut low, mut high): (f64, f64)) -> Result<f64> {
+        if high == f64::INFINITY {
+            return Ok(high);
         }
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if stable(middle)? { low = middle } else { high = middle }
+            if self.is_stable(gains.scaled(middle))? { low = middle } else { high = middle }
         }
         Ok(low)
+    }
+
+    fn is_stable(&self, gains: Gains) -> Result<bool> {
+        Ok(self.model(gains, true).growth_rate()? < 0.0)
     }
 
     /// The least delay (s) over all frequencies where the loop's gain crosses 1.
