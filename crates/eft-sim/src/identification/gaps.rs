@@ -136,8 +136,8 @@ impl Fade {
         for (from, to) in self.stretches.iter().map(|(from, to)| (from - lead, to - lead)) {
             let last = (to.floor() as usize).min(self.samples - 1);
             for (i, weight) in weights.iter_mut().enumerate().take(last + 1).skip(from.ceil() as usize) {
-                let near = (i as f64 - from).min(to - i as f64).min(self.ramp) / self.ramp;
-                *weight = 0.5 - 0.5 * (0.5 * TAU * near).cos();
+                let near = (i as f64 - from).min(to - i as f64) / self.ramp;
+                *weight = if near < 1.0 { 0.5 - 0.5 * (0.5 * TAU * near).cos() } else { 1.0 };
             }
         }
         weights

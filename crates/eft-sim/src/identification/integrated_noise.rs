@@ -47,7 +47,8 @@ pub(super) fn whitened((rows, flows): &Part, memory: f64) -> Result<Part> {
         if i.is_multiple_of(1024) {
             interruption::check()?;
         }
-        row = row * memory + &rows[i] - &rows[i - 1];
+        row.axpy(1.0, &rows[i], memory);
+        row -= &rows[i - 1];
         flow = flow * memory + flows[i] - flows[i - 1];
         drift = drift * memory + 1.0;
         white_rows.push(row.clone());
