@@ -137,8 +137,7 @@ fn errors(
     let mut oscillation = none;
     for (i, own) in signals.into_iter().enumerate() {
         null = null.max(faded.rms(own.by_null[0].clone(), 0.0)?);
-        let error = |which: usize, missed: Spectrum, wanted: Spectrum| {
-            let wanted = faded.rms(wanted, 0.0)?;
+        let error = |which: usize, missed: Spectrum, wanted: f64| {
             let held = at_rest.constants.iter().map(|(_, all)| all[i][which]).sum();
             let noise = at_rest.deviations[i][which];
             let whole = faded.rms(missed, held)?.hypot(noise);
@@ -149,14 +148,15 @@ fn errors(
         let slow = (0..oil.len()).take_while(|bin| faded.frequency(*bin) < OIL_COLUMN.0).count();
         oil[..slow].fill(Complex::ZERO);
         let (oil, noise) = (faded.rms(oil, 0.0)?, at_rest.oscillations[i]);
-        let wanted = faded.rms(own.command.clone(), 0.0)?;
+        let wanted = faded.rms(own.command, 0.0)?;
         oscillation = oscillation.or_larger([oil.hypot(noise), noise, 0.0].map(|part| part / wanted));
-        force = force.or_larger(error(0, own.missed_force, own.command)?);
-        displacement = displacement.or_larger(error(1, own.missed_motion, own.ideal_motion)?);
+        force = force.or_larger(error(0, own.missed_force, wanted)?);
+        let wanted = faded.rms(own.ideal_motion, 0.0)?;
+        displacement = displacement.or_larger(error(1, own.missed_motion, wanted)?);
         opening = opening.max(faded.rms(own.opening, 0.0)?);
     }
     // An actuator follows little of it, so it is an error itself.
-    if 1.0 - faded.share(commands)? > NOTICED * force.whole.powi(2) {
+    if faded.beyond > NOTICED * force.whole.powi(2) {
         left_out.push(format!("command above {:.0} Hz", faded.highest()));
     }
     let play = unmodelled::play(rig, judged, commands)?;

@@ -29,6 +29,8 @@ pub(super) struct Faded {
     sample_rate: f64,
     /// Index of the highest frequency.
     pub(super) last: usize,
+    /// Share of the commands' power (1) beyond the highest frequency of the prediction.
+    pub(super) beyond: f64,
 }
 
 impl Faded {
@@ -40,10 +42,14 @@ impl Faded {
             return Ok(None);
         };
         let length = samples + (SILENCE * first.sample_rate) as usize;
-        let faded = Self { samples, length, sample_rate: first.sample_rate, last: 0 }.up_to(HIGHEST);
-        let slow = faded.share(commands)?;
-        let known = slow >= 0.5;
-        Ok(known.then(|| if 1.0 - slow > FAST.1 { faded.up_to(FAST.0) } else { faded }))
+        let whole = Self { samples, length, sample_rate: first.sample_rate, last: 0, beyond: 0.0 };
+        let up_to = |frequency| {
+            let faded = whole.up_to(frequency);
+            Ok(Self { beyond: 1.0 - faded.share(commands)?, ..faded })
+        };
+        let slow = up_to(HIGHEST)?;
+        let known = slow.beyond <= 0.5;
+        known.then(|| if slow.beyond > FAST.1 { up_to(FAST.0) } else { Ok(slow) }).transpose()
     }
 
     /// Highest frequency (Hz).
@@ -100,12 +106,15 @@ impl Faded {
 
     /// Root mean square of the sum of a signal with a spectrum and a constant.
     pub(super) fn rms(&self, spectrum: Spectrum, constant: f64) -> Result<f64> {
+        if spectrum.iter().all(|bin| *bin == Complex::ZERO) {
+            return Ok(constant.abs());
+        }
         let sum: f64 = self.signal(spectrum)?.map(|value| (value + constant) * (value + constant)).sum();
         Ok((sum / self.samples as f64).sqrt())
     }
 
     /// Share of the commands' power within the band; NaN without a command.
-    pub(super) fn share(&self, commands: &[Command]) -> Result<f64> {
+    fn share(&self, commands: &[Command]) -> Result<f64> {
         let power = |command: &Command| command.values.iter().map(|value| value * value).sum::<f64>();
         let whole: f64 = commands.iter().map(power).sum::<f64>() / self.samples as f64;
         let within = commands.iter().map(|command| {
@@ -199,7 +208,8 @@ mod tests {
     #[test]
     fn a_signal_has_its_root_mean_square_and_returns() {
         let impulse = Command::new((0..1000).map(|i| f64::from(i == 999)).collect(), 1000.0).unwrap();
-        let faded = Faded { samples: 1000, length: 1500, sample_rate: 1000.0, last: 0 }.up_to(1e3);
+        let faded =
+            Faded { samples: 1000, length: 1500, sample_rate: 1000.0, last: 0, beyond: 0.0 }.up_to(1e3);
         let spectrum = faded.spectrum(impulse.values.iter().copied()).unwrap();
         let again: Vec<f64> = faded.signal(spectrum.clone()).unwrap().collect();
         // The highest frequency of all is left out.
