@@ -27,16 +27,16 @@ pub use quantity::{dimension, quantity, units_of};
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, ForceLoop, Learning,
-    Limits, Mode, MotionAt, PowerDamper, Protection, Realization, Sensor, SensorFault, Sensors, Servovalve,
-    SignFrom, Softening, Stories, Story, Structure, StructureKind, Supply, SupplySchedule, ValveLeakage,
-    VelocitySource, Verdict, VerdictLimits,
+    Limits, Mode, MotionAt, PowerDamper, Protection, Realization, RigValues, Sensor, SensorFault, Sensors,
+    Servovalve, SignFrom, Softening, Stories, Story, Structure, StructureKind, Supply, SupplySchedule,
+    ValveLeakage, VelocitySource, Verdict, VerdictLimits,
 };
 
 use std::ops::Deref;
 use std::path::Path;
 
 use eft_core::SavedCalibration;
-use section::{Entry, section};
+use section::Entry;
 
 use crate::{Error, Result};
 
@@ -81,38 +81,6 @@ impl Deref for RigConfig {
 
     fn deref(&self) -> &RigValues {
         &self.values
-    }
-}
-
-section! {
-    /// The values of a rig by section.
-    pub struct RigValues {
-        /// A name for reports and exported files.
-        pub name: Option<String>,
-        /// The actuator.
-        pub actuator: Actuator,
-        /// The hydraulic supply.
-        pub supply: Supply,
-        /// The true servovalve.
-        pub servovalve: Servovalve,
-        /// The servovalve controller, Eq. (1).
-        pub controller: Controller,
-        /// The velocity feedback compensation as the controller knows it.
-        pub compensation: Compensation,
-        /// What an earlier test has taught, from which an adaptive controller starts.
-        pub calibration: Calibrations,
-        /// The test structure, Fig. 7.
-        pub structure: Structure,
-        /// The errors of the sensors; ideal by default.
-        pub sensors: Sensors,
-        /// The errors of the output converter; ideal by default.
-        pub dac: Dac,
-        /// Protection of the specimen; none by default.
-        pub protection: Protection,
-        /// Limits and plausible measurement ranges; none by default.
-        pub limits: Limits,
-        /// The limits of the verdict.
-        pub verdict: Verdict,
     }
 }
 

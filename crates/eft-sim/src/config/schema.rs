@@ -63,7 +63,41 @@ pub enum Preset {
 /// Sections that describe the plant, its sensors and its converter. Only their keys may be under `truth`.
 pub(super) const PLANT: [&str; 6] = ["actuator", "supply", "servovalve", "structure", "sensors", "dac"];
 
+/// A row of the schema.
+pub(super) const fn key(
+    key: &'static str,
+    unit: &'static str,
+    kind: Kind,
+    need: Need,
+    doc: &'static str,
+) -> Key {
+    Key { key, unit, kind, need, doc }
+}
+
+/// A number that is used if none is given.
+pub(super) const fn float(value: f64) -> Need {
+    Need::Default(Preset::Float(value))
+}
+
+/// A whole number that is used if none is given.
+pub(super) const fn int(value: i64) -> Need {
+    Need::Default(Preset::Int(value))
+}
+
+/// A word that is used if none is given.
+pub(super) const fn word(value: &'static str) -> Need {
+    Need::Default(Preset::Text(value))
+}
+
+/// A switch that is off if it is not given.
+pub(super) const OFF: Need = Need::Default(Preset::Bool(false));
+/// A switch that is on if it is not given.
+pub(super) const ON: Need = Need::Default(Preset::Bool(true));
+
 impl Key {
+    /// No key; every row of a list is another.
+    pub(super) const NONE: Self = key("", "", Kind::Bool, Need::Optional, "");
+
     /// Whether the key describes the plant, and may also be under `truth`.
     pub fn is_of_the_plant(&self) -> bool {
         self.key.split_once('.').is_some_and(|(section, _)| PLANT.contains(&section))

@@ -1,11 +1,15 @@
 //! Sections and their values as parts of a tree. Plain code reads them, because a generic deserializer would be compiled
 //! again for each of thirty sections.
 
-use eft_core::{Deviations, SavedCalibration, SavedCurve};
 use toml::{Table, Value};
+
+use super::schema::Key;
 
 /// A value or section that has a place in a tree.
 pub(super) trait Entry: Sized {
+    /// The rows of the schema, in the order of written files, for a type that has them of its own.
+    const KEYS: &'static [Key] = &[];
+
     /// Reads the value at a place; `None` if it is not a value of this type.
     fn read(place: Option<&Value>) -> Option<Self>;
     /// The value for the place; `None` for an absent option.
@@ -19,6 +23,8 @@ pub(super) trait Entry: Sized {
 }
 
 impl<E: Entry> Entry for Option<E> {
+    const KEYS: &'static [Key] = E::KEYS;
+
     fn read(place: Option<&Value>) -> Option<Self> {
         if place.is_none() { Some(None) } else { E::read(place).map(Some) }
     }
@@ -115,10 +121,59 @@ pub(super) fn add(section: &mut Table, name: &str, value: Option<Value>) {
     }
 }
 
-/// [`Entry`] for a struct: one key per field.
+/// The rows of several parts of the schema, one after another.
+pub(super) const fn joined<const N: usize>(parts: &[&[Key]]) -> [Key; N] {
+    let mut all = [Key::NONE; N];
+    let (mut part, mut row, mut count) = (0, 0, 0);
+    while part < parts.len() {
+        if row < parts[part].len() {
+            all[count] = parts[part][row];
+            (row, count) = (row + 1, count + 1);
+        } else {
+            (part, row) = (part + 1, 0);
+        }
+    }
+    all
+}
+
+/// Number of rows in several parts of the schema.
+pub(super) const fn count(parts: &[&[Key]]) -> usize {
+    let (mut part, mut count) = (0, 0);
+    while part < parts.len() {
+        count += parts[part].len();
+        part += 1;
+    }
+    count
+}
+
+/// The rows of a field: its own row, the rows that are given for it, or those of its type.
+macro_rules! rows {
+    ($key:expr, $kind:ty) => {
+        <$kind as $crate::config::section::Entry>::KEYS
+    };
+    ($key:expr, $kind:ty, { $rows:expr }) => {
+        $rows
+    };
+    ($key:expr, $kind:ty, $unit:tt, $range:expr, $need:expr, $about:literal) => {
+        &[$crate::config::schema::key($key, $unit, $range, $need, $about)]
+    };
+}
+
+/// [`Entry`] for a struct: one key per field, after the section's. A field with a unit, range, need and meaning has its
+/// own row of the schema.
 macro_rules! entry {
-    ($name:ty { $($field:ident: $kind:ty),* $(,)? }) => {
+    ($name:ty, $section:literal {
+        $($field:ident: $kind:ty $(= $unit:tt, $range:expr, $need:expr, $about:literal)? $({ $rows:expr })?;)*
+    }) => {
         impl $crate::config::section::Entry for $name {
+            const KEYS: &'static [$crate::config::schema::Key] = {
+                use $crate::config::section::{count, joined, rows};
+                const PARTS: &[&[$crate::config::schema::Key]] = &[$(rows!(
+                    concat!($section, stringify!($field)), $kind $(, $unit, $range, $need, $about)? $(, { $rows })?
+                ),)*];
+                &joined::<{ count(PARTS) }>(PARTS)
+            };
+
             fn read(place: Option<&toml::Value>) -> Option<Self> {
                 let section = place?.as_table()?;
                 Some(Self {
@@ -141,15 +196,30 @@ macro_rules! entry {
     };
 }
 
-/// A struct whose fields are keys of a section.
+/// A meaning with its unit, for the documentation.
+macro_rules! in_unit {
+    ($about:literal, "") => {
+        $about
+    };
+    ($about:literal, $unit:literal) => {
+        concat!($about, ", ", $unit)
+    };
+}
+
+/// A struct whose fields are keys of a section, or sections; see [`entry`].
 macro_rules! section {
-    ($(#[$about:meta])* pub struct $name:ident { $($(#[$doc:meta])* pub $field:ident: $kind:ty,)* }) => {
+    ($(#[$about:meta])* pub struct $name:ident in $section:literal {
+        $($(#[$doc:meta])* $field:ident: $kind:ty
+            $(= $unit:tt, $range:expr, $need:expr, $meaning:literal)? $({ $rows:expr })?;)*
+    }) => {
         $(#[$about])*
         #[derive(Clone, Debug, PartialEq)]
         pub struct $name {
-            $($(#[$doc])* pub $field: $kind,)*
+            $($(#[$doc])* $(#[doc = $crate::config::section::in_unit!($meaning, $unit)])? pub $field: $kind,)*
         }
-        $crate::config::section::entry!($name { $($field: $kind,)* });
+        $crate::config::section::entry!($name, $section {
+            $($field: $kind $(= $unit, $range, $need, $meaning)? $({ $rows })?;)*
+        });
     };
 }
 
@@ -182,32 +252,4 @@ macro_rules! choice {
     };
 }
 
-pub(super) use {choice, entry, section};
-
-entry!(SavedCalibration {
-    version: u32,
-    greatest_flow: f64,
-    flow_gain: f64,
-    valve_gain: f64,
-    response_delay: f64,
-    velocity_delay: f64,
-    null_offset: f64,
-    deviations: Deviations<f64>,
-    excitation: f64,
-    curve: SavedCurve,
-});
-entry!(Deviations<f64> {
-    flow_gain: f64,
-    valve_gain: f64,
-    response_delay: f64,
-    velocity_delay: f64,
-    null_offset: f64,
-});
-entry!(SavedCurve {
-    asymmetry: f64,
-    asymmetry_deviation: f64,
-    departures: [f64; 17],
-    departure_deviations: [f64; 17],
-    error: f64,
-    flow_gain_share: f64,
-});
+pub(super) use {choice, entry, in_unit, rows, section};

@@ -1,113 +1,86 @@
 //! Actuator, supply and servovalve.
 
+use crate::config::schema::Kind::{Float, Floats};
+use crate::config::schema::Need::{Optional, Required};
+use crate::config::schema::{float, key};
 use crate::config::section::section;
-
 use crate::error::{Error, Result};
 
 section! {
     /// `[actuator]`, Eq. (7).
-    pub struct Actuator {
-        /// Effective piston area A, m².
-        pub piston_area: f64,
-        /// Oil compressibility of the chambers K_a, m³/Pa.
-        pub compressibility: f64,
-        /// Cross-piston leakage C_l, m³/(s·Pa).
-        pub leakage: f64,
-        /// Stroke to either side of the middle, m.
-        pub stroke: f64,
-        /// Remaining length of a chamber at the end of the stroke, volume over piston area, m; constant volumes
-        /// if absent.
-        pub dead_length: Option<f64>,
-        /// Area of the side that pushes over that of the side that pulls, dimensionless.
-        pub area_ratio: f64,
-        /// Stiffness of clevises and load cell between piston and structure, N/m; rigid if absent.
-        pub attachment_stiffness: Option<f64>,
-        /// Play of the attachment from one side to the other, m.
-        pub attachment_play: f64,
-        /// Coulomb friction of the seals, N.
-        pub friction: f64,
-        /// Velocity below which the friction falls to zero, m/s.
-        pub friction_velocity: f64,
-        /// Flow of the open bypass valve across the piston at a load pressure of 1 MPa, m³/s; 0 means no valve.
-        pub bypass_flow: f64,
-        /// Time from a trip to the open bypass valve, s.
-        pub bypass_time: f64,
-        /// Stiffness of the stops at the ends of the stroke, N/m; no stops if absent.
-        pub stop_stiffness: Option<f64>,
-        /// Damping of the stops relative to their elastic force, s/m.
-        pub stop_damping: f64,
+    pub struct Actuator in "actuator." {
+        piston_area: f64 = "m²", Float(1e-8, 1e2), Required, "effective piston area A";
+        compressibility: f64 = "m³/Pa", Float(1e-20, 1.0), Required, "oil compressibility of the chambers K_a, Eq. (7)";
+        leakage: f64 = "m³/(s·Pa)", Float(0.0, 1e-3), Required, "cross-piston leakage C_l, Eq. (7)";
+        stroke: f64 = "m", Float(1e-4, 1e2), Required, "stroke to either side of the middle";
+        dead_length: Option<f64> = "m", Float(1e-4, 1e3), Optional, "remaining length of a chamber at the end of the stroke, volume over area; absent means constant volumes";
+        area_ratio: f64 = "", Float(0.1, 10.0), float(1.0), "area of the piston's side that pushes over `actuator.piston_area`, the side that pulls; the flow curve is that of equal areas";
+        attachment_stiffness: Option<f64> = "N/m", Float(1e3, 1e15), Optional, "stiffness of clevises and load cell between piston and structure; absent means rigid";
+        attachment_play: f64 = "m", Float(0.0, 1e-2), float(0.0), "play of clevises and load cell from one side to the other";
+        friction: f64 = "N", Float(0.0, 1e9), float(0.0), "Coulomb friction of the seals";
+        friction_velocity: f64 = "m/s", Float(1e-6, 1.0), float(1e-3), "velocity below which the friction falls to zero";
+        bypass_flow: f64 = "m³/s", Float(0.0, 1.0), float(0.0), "bypass valve across the piston, which opens after a trip: flow of the open valve at a load pressure of 1 MPa; 0 means no bypass valve";
+        bypass_time: f64 = "s", Float(1e-4, 1e2), float(0.05), "time from a trip to the open bypass valve";
+        stop_stiffness: Option<f64> = "N/m", Float(1.0, 1e15), Optional, "stiffness of the stops at the ends of the stroke; absent means no stops";
+        stop_damping: f64 = "s/m", Float(0.0, 1e3), float(0.0), "damping of the stops relative to their elastic force";
     }
 }
 
 section! {
     /// `[supply]`.
-    pub struct Supply {
-        /// Supply pressure P_s at which the flow curve was measured, Pa.
-        pub pressure: f64,
-        /// Fall of the pressure with the pump's flow, Pa·s/m³.
-        pub droop: Option<f64>,
-        /// Capacity of the accumulator, m³/Pa.
-        pub accumulator: Option<f64>,
-        /// The pump's largest flow, m³/s.
-        pub pump_flow: Option<f64>,
+    pub struct Supply in "supply." {
+        pressure: f64 = "Pa", Float(1e3, 1e9), Required, "supply pressure P_s at which the flow curve was measured";
+        droop: Option<f64> = "Pa·s/m³", Float(1e-3, 1e18), Optional, "decrease of the pressure with the pump's flow; absent means no droop";
+        accumulator: Option<f64> = "m³/Pa", Float(1e-18, 1.0), Optional, "capacity of the accumulator, gas volume over exponent times pressure";
+        pump_flow: Option<f64> = "m³/s", Float(0.0, 1e3), Optional, "largest flow of the pump";
         /// The set pressure against time.
-        pub schedule: Option<SupplySchedule>,
+        schedule: Option<SupplySchedule>;
     }
 }
 
 section! {
     /// `[supply.schedule]`: the set pressure against time, with linear interpolation.
-    pub struct SupplySchedule {
-        /// Times of the points, strictly increasing, s.
-        pub times: Vec<f64>,
-        /// Set pressures at the points, Pa.
-        pub pressures: Vec<f64>,
+    pub struct SupplySchedule in "supply.schedule." {
+        times: Vec<f64> = "s", Floats(1, 64, -1e6, 1e6), Optional, "times of the set pressures, with linear interpolation";
+        pressures: Vec<f64> = "Pa", Floats(1, 64, 0.0, 1e9), Optional, "set pressures at those times";
     }
 }
 
 section! {
     /// `[servovalve]`: the true valve, Eqs. (2), (3) and (6).
-    pub struct Servovalve {
-        /// Time constant of the pilot stage τ, s.
-        pub pilot_time_constant: f64,
-        /// Flow gain of the pilot stage K_vp, m³/(s·V).
-        pub pilot_flow_gain: f64,
-        /// End area of the main spool A_v, m².
-        pub spool_area: f64,
-        /// Stroke of the main spool to either side x_vmax, m.
-        pub spool_stroke: f64,
-        /// Sensitivity of the spool position sensor K_3, V/m.
-        pub spool_sensitivity: f64,
-        /// Ratio of the true flow to that of the valve's curve, dimensionless.
-        pub flow_gain_scale: f64,
+    pub struct Servovalve in "servovalve." {
+        pilot_time_constant: f64 = "s", Float(1e-6, 1.0), Required, "time constant of the pilot stage τ, Eq. (2)";
+        pilot_flow_gain: f64 = "m³/(s·V)", Float(1e-12, 1.0), Required, "flow gain of the pilot stage K_vp, Eq. (2)";
+        spool_area: f64 = "m²", Float(1e-9, 1.0), Required, "end area of the main spool A_v, Eq. (3)";
+        spool_stroke: f64 = "m", Float(1e-6, 1.0), Required, "stroke of the main spool to either side x_vmax";
+        spool_sensitivity: f64 = "V/m", Float(1e-3, 1e9), Required, "sensitivity of the spool position sensor K_3";
+        flow_gain_scale: f64 = "", Float(1e-2, 1e2), float(1.0), "true flow over the flow of the valve's curve";
         /// The controller's flow curve f, Table 2.
-        pub flow_table: FlowCurve,
+        flow_table: FlowCurve { &[
+            key("servovalve.flow_table.openings", "", Floats(2, 64, -1.0, 1.0), Required, "spool openings of the controller's flow curve, Table 2"),
+            key("servovalve.flow_table.flows", "m³/s", Floats(2, 64, -1e3, 1e3), Required, "no-load flows at those openings, Table 2"),
+        ] };
         /// The true valve's flow curve, if it differs.
-        pub true_flow_table: Option<FlowCurve>,
-        /// Largest flow of the pilot stage, m³/s.
-        pub pilot_flow_limit: Option<f64>,
-        /// Natural frequency of the torque motor before the pilot stage, Hz; no motor if absent.
-        pub torque_motor_frequency: Option<f64>,
-        /// Damping ratio of the torque motor, dimensionless.
-        pub torque_motor_damping: f64,
-        /// Overlap of the spool's lands as an opening; negative means underlap, dimensionless.
-        pub overlap: f64,
-        /// Spool opening at which the valve passes nothing at no load, dimensionless.
-        pub null_bias: f64,
+        true_flow_table: Option<FlowCurve> { &[
+            key("servovalve.true_flow_table.openings", "", Floats(2, 64, -1.0, 1.0), Optional, "spool openings of the true valve's flow curve, if it differs from the controller's"),
+            key("servovalve.true_flow_table.flows", "m³/s", Floats(2, 64, -1e3, 1e3), Optional, "no-load flows at those openings"),
+        ] };
+        pilot_flow_limit: Option<f64> = "m³/s", Float(1e-12, 1e3), Optional, "largest flow of the pilot stage";
+        torque_motor_frequency: Option<f64> = "Hz", Float(1.0, 1e6), Optional, "natural frequency of the torque motor before the pilot stage, second order; absent means no torque motor";
+        torque_motor_damping: f64 = "", Float(0.05, 10.0), float(0.7), "damping ratio of the torque motor";
+        overlap: f64 = "", Float(-0.5, 0.5), float(0.0), "overlap of the spool's lands, an opening without flow; a negative value is an underlap, within which all ports are open; the nonlinear compensation compensates for the configured value";
+        null_bias: f64 = "", Float(-0.5, 0.5), float(0.0), "null bias: spool opening at which the valve passes nothing at no load; the controller adds it to every opening";
         /// Leakage of the main stage, Eq. (5).
-        pub leakage: ValveLeakage,
+        leakage: ValveLeakage;
     }
 }
 
 section! {
     /// `[servovalve.leakage]`, the second part of Eq. (5).
-    pub struct ValveLeakage {
-        /// Part proportional to the load pressure, m³/(s·Pa).
-        pub proportional: f64,
-        /// Constant part at `supply.pressure`, m³/s.
-        pub constant: f64,
-        /// Opening within which the constant part changes its sign, dimensionless.
-        pub null_region: f64,
+    pub struct ValveLeakage in "servovalve.leakage." {
+        proportional: f64 = "m³/(s·Pa)", Float(0.0, 1e-3), float(0.0), "leakage of the main stage proportional to the load pressure, Eq. (5)";
+        constant: f64 = "m³/s", Float(0.0, 1.0), float(0.0), "constant leakage of the main stage at `supply.pressure`, Eq. (5)";
+        null_region: f64 = "", Float(1e-6, 1.0), float(0.003), "opening within which the constant leakage changes its sign";
     }
 }
 
@@ -135,11 +108,11 @@ impl Servovalve {
 
 section! {
     /// A piecewise linear flow curve through (0, 0).
-    pub struct FlowCurve {
+    pub struct FlowCurve in "" {
         /// Spool openings of the points, strictly increasing, dimensionless.
-        pub openings: Vec<f64>,
+        openings: Vec<f64>;
         /// No-load flows at the points, strictly increasing, m³/s.
-        pub flows: Vec<f64>,
+        flows: Vec<f64>;
     }
 }
 

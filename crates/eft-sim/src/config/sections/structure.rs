@@ -1,26 +1,28 @@
 //! The test structure.
 
+use crate::config::schema::Kind::{Choice, Float, Floats};
+use crate::config::schema::Need::{self, Optional, Required, When};
 use crate::config::section::{choice, section};
+
+const BILINEAR: Need = When("structure.kind", "bilinear");
+const BUILDING: Need = When("structure.kind", "shear_building");
+const BOUC_WEN: Need = When("structure.kind", "bouc_wen");
 
 section! {
     /// `[structure]`, Fig. 7.
-    pub struct Structure {
-        /// The kind of structure; parts that a kind does not use are ignored.
-        pub kind: StructureKind,
-        /// Mass m, kg.
-        pub mass: f64,
-        /// Viscous damping c, N·s/m.
-        pub damping: f64,
-        /// Stiffness k, N/m.
-        pub stiffness: f64,
+    pub struct Structure in "structure." {
+        kind: StructureKind = "", Choice(StructureKind::WORDS), Required, "kind of structure; the keys of other kinds are ignored";
+        mass: f64 = "kg", Float(1e-3, 1e12), Required, "mass m";
+        damping: f64 = "N·s/m", Float(0.0, 1e12), Required, "viscous damping c";
+        stiffness: f64 = "N/m", Float(0.0, 1e15), Required, "stiffness k";
         /// Softening of the bilinear elastic kind.
-        pub softening: Option<Softening>,
+        softening: Option<Softening>;
         /// Yielding of the Bouc–Wen kind.
-        pub bouc_wen: Option<BoucWen>,
+        bouc_wen: Option<BoucWen>;
         /// A power-law damper in parallel with the viscous one, for any kind except the shear building.
-        pub power_damper: Option<PowerDamper>,
+        power_damper: Option<PowerDamper>;
         /// The stories of a shear building.
-        pub stories: Option<Stories>,
+        stories: Option<Stories>;
     }
 }
 
@@ -40,47 +42,36 @@ choice! {
 
 section! {
     /// Where and how a bilinear elastic spring softens.
-    pub struct Softening {
-        /// Displacement of the kink, m.
-        pub displacement: f64,
-        /// Stiffness beyond the kink, N/m.
-        pub stiffness: f64,
+    pub struct Softening in "structure.softening." {
+        displacement: f64 = "m", Float(1e-6, 1e3), BILINEAR, "displacement beyond which the spring softens, Fig. 7";
+        stiffness: f64 = "N/m", Float(0.0, 1e15), BILINEAR, "stiffness beyond that displacement, Fig. 7";
     }
 }
 
 section! {
     /// How a Bouc–Wen spring yields.
-    pub struct BoucWen {
-        /// Yield displacement, m.
-        pub yield_displacement: f64,
-        /// Stiffness after yielding over that before, dimensionless.
-        pub post_yield_ratio: f64,
-        /// Sharpness of the yield point n, dimensionless.
-        pub exponent: f64,
-        /// Shape β of the loop, with γ = 1 − β, dimensionless.
-        pub shape: f64,
+    pub struct BoucWen in "structure.bouc_wen." {
+        yield_displacement: f64 = "m", Float(1e-6, 1e3), BOUC_WEN, "yield displacement of the hysteretic spring";
+        post_yield_ratio: f64 = "", Float(0.0, 1.0), BOUC_WEN, "stiffness after yielding over the stiffness before";
+        exponent: f64 = "", Float(1.0, 100.0), BOUC_WEN, "sharpness of the yield point n";
+        shape: f64 = "", Float(0.0, 1.0), BOUC_WEN, "shape of the loop β, with γ = 1 − β";
     }
 }
 
 section! {
     /// The stories of a shear building, from the ground up; one actuator on each floor.
-    pub struct Stories {
-        /// Masses of the floors, kg.
-        pub masses: Vec<f64>,
-        /// Damping of the columns below each floor, N·s/m.
-        pub dampings: Vec<f64>,
-        /// Stiffness of the columns below each floor, N/m.
-        pub stiffnesses: Vec<f64>,
+    pub struct Stories in "structure.stories." {
+        masses: Vec<f64> = "kg", Floats(1, 64, 1e-3, 1e12), BUILDING, "masses of the floors of a shear building, from the ground up";
+        dampings: Vec<f64> = "N·s/m", Floats(1, 64, 0.0, 1e12), BUILDING, "damping of the columns below each floor";
+        stiffnesses: Vec<f64> = "N/m", Floats(1, 64, 1e-3, 1e15), BUILDING, "stiffness of the columns below each floor";
     }
 }
 
 section! {
     /// A fluid damper with a power law.
-    pub struct PowerDamper {
-        /// Force at a velocity of 1 m/s, N.
-        pub coefficient: f64,
-        /// Exponent of the velocity, dimensionless.
-        pub exponent: f64,
+    pub struct PowerDamper in "structure.power_damper." {
+        coefficient: f64 = "N", Float(0.0, 1e12), Optional, "power-law damper: force at 1 m/s";
+        exponent: f64 = "", Float(0.05, 3.0), Optional, "power-law damper: exponent of the velocity";
     }
 }
 
