@@ -65,21 +65,15 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// The same error for a key within a section.
     pub(crate) fn within(self, section: &str) -> Self {
-        match self {
-            Self::Value { parameter, value, allowed } => {
-                Self::Value { parameter: format!("{section}.{parameter}"), value, allowed }
-            }
-            Self::MissingKey { key, meaning } => {
-                Self::MissingKey { key: format!("{section}.{key}"), meaning }
-            }
-            other => other,
-        }
+        self.with_key(|key| format!("{section}.{key}"))
     }
 
     /// The same error with another name of a section at the beginning of the key.
     pub(crate) fn renamed(self, section: &str, name: &str) -> Self {
-        let other =
-            |key: String| key.strip_prefix(section).map_or(key.clone(), |rest| format!("{name}{rest}"));
+        self.with_key(|key| key.strip_prefix(section).map_or(key.clone(), |rest| format!("{name}{rest}")))
+    }
+
+    fn with_key(self, other: impl Fn(String) -> String) -> Self {
         match self {
             Self::Value { parameter, value, allowed } => {
                 Self::Value { parameter: other(parameter), value, allowed }

@@ -11,8 +11,9 @@ mod pool;
 mod request;
 mod wide;
 
+use crate::checks;
 use crate::closed_loop::{Precision, simulate_actuators};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use pieces::pieces;
 use wide::SideBySide;
 
@@ -39,9 +40,7 @@ pub fn simulate_batch<P: Precision>(
 ) -> Result<Vec<Result<Outcome>>> {
     let cores = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let threads = options.threads.unwrap_or_else(cores);
-    if threads == 0 {
-        return Err(Error::value("threads", 0, "must be at least 1"));
-    }
+    checks::require(threads > 0, "threads", 0, "must be at least 1")?;
     let alone = |place: usize, stopped: &dyn Fn() -> bool| {
         let Test { rig, commands } = tests[place];
         let runs = simulate_actuators::<P>(rig, commands, &options.simulate, |_, _| !stopped());

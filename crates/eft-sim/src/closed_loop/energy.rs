@@ -1,5 +1,6 @@
 //! The energy balance of a test from its traces.
 
+use crate::checks;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::plant::{ActuatorState, EnergyBalance, recorded_balance};
@@ -35,10 +36,8 @@ pub fn energy_of_traces(
     }
     let total = displacement.len();
     for (name, trace) in [("velocity", velocity), ("spool", spool), ("load_pressure", load_pressure)] {
-        if trace.len() != total {
-            let allowed = format!("must have {total}, as the displacement");
-            return Err(Error::value(name, format!("{} samples", trace.len()), allowed));
-        }
+        let allowed = format!("must have {total}, as the displacement");
+        checks::require(trace.len() == total, name, format!("{} samples", trace.len()), allowed)?;
     }
     let states = (0..total).map(|tick| ActuatorState {
         pilot_flow: 0.0,

@@ -2,11 +2,12 @@
 
 use eft_core::{Calibration, Input, Learning, Parameters, Realization, SavedCalibration};
 
+use crate::checks;
 use crate::closed_loop::channel;
 use crate::closed_loop::controller::{Precision, parameters};
 use crate::closed_loop::estimates::estimates;
 use crate::config::RigConfig;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interruption;
 
 macro_rules! define {
@@ -48,9 +49,7 @@ pub fn replay<P: Precision<Flags = u32>>(
     sample_rate: f64,
     inputs: &[Input<f64>],
 ) -> Result<Replay> {
-    if inputs.is_empty() {
-        return Err(Error::value("inputs", "none", "must have one per tick"));
-    }
+    checks::require(!inputs.is_empty(), "inputs", "none", "must have one per tick")?;
     let of_rig = parameters(rig, sample_rate)?;
     let parameters = Parameters {
         // The valve command is a measurement here, independent of its source.

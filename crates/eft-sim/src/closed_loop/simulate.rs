@@ -4,6 +4,7 @@ use std::iter;
 
 use eft_core::{Cause, Scalar, status};
 
+use crate::checks;
 use crate::closed_loop::controller::{Precision, Width};
 use crate::closed_loop::external_controller::ExternalController;
 use crate::closed_loop::fast::FastLoop;
@@ -50,9 +51,7 @@ impl SimulateOptions {
         }
         // By rounding, the quotient may be slightly above a whole number.
         let steps = (1.0 / (sample_rate * self.largest_step) - 1e-9).ceil().max(1.0);
-        if steps > 1e6 {
-            return Err(Error::value("largest_step", self.largest_step, allowed));
-        }
+        checks::require(steps <= 1e6, "largest_step", self.largest_step, allowed)?;
         Ok(steps as u32)
     }
 
@@ -227,11 +226,9 @@ pub fn energy_balance(
 /// # Errors
 /// The structure is a building.
 pub(crate) fn one_actuator(rig: &RigConfig) -> Result<()> {
-    if rig.structure.kind != StructureKind::ShearBuilding {
-        return Ok(());
-    }
+    let is_building = rig.structure.kind == StructureKind::ShearBuilding;
     let allowed = "must not be a building, which needs one command per story";
-    Err(Error::value("structure.kind", "\"shear_building\"", allowed))
+    checks::require(!is_building, "structure.kind", "\"shear_building\"", allowed)
 }
 
 /// Sample rate (Hz) and length of valid commands, one per actuator.

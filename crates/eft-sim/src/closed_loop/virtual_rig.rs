@@ -2,6 +2,7 @@
 
 use eft_core::status;
 
+use crate::checks;
 use crate::closed_loop::simulate::{SimulateOptions, check_each};
 use crate::closed_loop::stepper::{PlantReading, PlantStepper};
 use crate::config::RigConfig;
@@ -124,10 +125,8 @@ impl VirtualRig {
     /// A wrong number of values; the rig is then unchanged.
     pub fn go_to(&mut self, state: &[f64]) -> Result<()> {
         let count = self.state().len();
-        if state.len() != count {
-            let allowed = format!("must be a state of the same rig, with {count} numbers");
-            return Err(Error::value("state", format!("{} numbers", state.len()), allowed));
-        }
+        let allowed = format!("must be a state of the same rig, with {count} numbers");
+        checks::require(state.len() == count, "state", format!("{} numbers", state.len()), allowed)?;
         let mut numbers = state.iter();
         self.numbers(&mut |number| *number = numbers.next().copied().unwrap_or(*number));
         Ok(())

@@ -7,7 +7,8 @@ use super::schema::Key;
 use super::schema::Kind::{Float, Floats, Int};
 use super::schema::Need::Optional;
 use super::section::{Entry, entry};
-use crate::error::{Error, Result};
+use crate::checks;
+use crate::error::Result;
 
 /// Name of the section, and of the list of sections.
 pub(super) const CALIBRATION: &str = "calibration";
@@ -31,10 +32,8 @@ impl Calibrations {
     /// # Errors
     /// There is one for each of several actuators.
     pub fn only(&self) -> Result<Option<&SavedCalibration>> {
-        if self.0.len() > 1 {
-            let found = format!("{} calibrations", self.0.len());
-            return Err(Error::value(CALIBRATION, found, "must be one for a single controller"));
-        }
+        let found = format!("{} calibrations", self.0.len());
+        checks::require(self.0.len() <= 1, CALIBRATION, found, "must be one for a single controller")?;
         Ok(self.0.first())
     }
 }

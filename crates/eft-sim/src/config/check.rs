@@ -9,7 +9,7 @@ use super::calibrations::CALIBRATION;
 use super::quantity::{quantity, units_of};
 use super::schema::{Key, Kind, Need, PLANT};
 use super::{KEYS, tree};
-use crate::{Error, Result};
+use crate::{Error, Result, checks};
 
 /// Sections that are given whole or not at all.
 pub(super) const WHOLE: [&str; 7] = [
@@ -240,11 +240,8 @@ fn stories(whole: &Table) -> Result<()> {
 
 /// Refuses a list with another number of values than a second one.
 fn as_many((key, values): (&str, &[f64]), (other, others): (&str, &[f64])) -> Result<()> {
-    if values.len() == others.len() {
-        return Ok(());
-    }
     let allowed = format!("must have as many values as `{other}`, which has {}", others.len());
-    Err(Error::value(key, format!("{} values", values.len()), allowed))
+    checks::require(values.len() == others.len(), key, format!("{} values", values.len()), allowed)
 }
 
 /// Refuses a list that does not increase strictly.
@@ -278,11 +275,8 @@ fn calibrations(each: &[Value]) -> Result<Value> {
 /// Refuses a list with another number of calibrations than the rig has actuators.
 fn one_for_each(whole: &Table, actuators: usize) -> Result<()> {
     let Some(each) = tree::get(whole, CALIBRATION).and_then(Value::as_array) else { return Ok(()) };
-    if each.len() == actuators {
-        return Ok(());
-    }
     let allowed = format!("must be one section for all actuators, or a list of one for each of {actuators}");
-    Err(Error::value(CALIBRATION, format!("a list of {}", each.len()), allowed))
+    checks::require(each.len() == actuators, CALIBRATION, format!("a list of {}", each.len()), allowed)
 }
 
 /// A number in SI units, from a number or a text with a unit.

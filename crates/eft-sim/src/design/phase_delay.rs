@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Complex;
 
 use crate::checks;
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Number of frequencies of the fit.
 const POINTS: usize = 400;
@@ -18,13 +18,8 @@ const POINTS: usize = 400;
 pub fn phase_delay(response: impl Fn(f64) -> Complex<f64>, band: (f64, f64)) -> Result<f64> {
     let (low, high) = band;
     checks::finite("band", high, "Hz")?;
-    if !(low >= 0.0 && high > low) {
-        return Err(Error::value(
-            "band",
-            format!("({low}, {high})"),
-            "must be two frequencies in Hz, the lower first",
-        ));
-    }
+    let allowed = "must be two frequencies in Hz, the lower first";
+    checks::require(low >= 0.0 && high > low, "band", format!("({low}, {high})"), allowed)?;
     let step = (high - low) / (POINTS - 1) as f64;
     let middle = 0.5 * (low + high);
     let (mut last, mut unwrapped) = (0.0, 0.0);

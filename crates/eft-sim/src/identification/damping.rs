@@ -32,23 +32,14 @@ pub struct DampingEstimate {
 pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<DampingEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
     let there: Vec<usize> = (0..displacement.len()).filter(|i| displacement[*i].is_finite()).collect();
-    if there.len() < 20 {
-        return Err(Error::value(
-            "displacement",
-            format!("{} samples", there.len()),
-            "must have at least 20",
-        ));
-    }
+    let allowed = "must have at least 20";
+    checks::require(there.len() >= 20, "displacement", format!("{} samples", there.len()), allowed)?;
     let rest = detrend(displacement, |i| f64::from(displacement[i].is_finite()));
     let energy: f64 = rest.iter().map(|v| v * v).sum();
-    if !energy.is_normal() {
-        return Err(Error::value("displacement", "constant", "must vibrate"));
-    }
+    checks::require(energy.is_normal(), "displacement", "constant", "must vibrate")?;
     let cycles = cycles(&rest);
-    if cycles < LEAST_CYCLES {
-        let allowed = format!("must have at least {LEAST_CYCLES}");
-        return Err(Error::value("displacement", format!("{cycles} cycles"), allowed));
-    }
+    let allowed = format!("must have at least {LEAST_CYCLES}");
+    checks::require(cycles >= LEAST_CYCLES, "displacement", format!("{cycles} cycles"), allowed)?;
     let duration = displacement.len() as f64 / sample_rate;
     let omega = TAU * cycles as f64 / duration;
     let half = rest.len() / 2;

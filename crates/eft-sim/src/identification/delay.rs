@@ -66,7 +66,7 @@ pub fn identify_delay(
     sample_rate: f64,
     band: (f64, f64),
 ) -> Result<DelayEstimate> {
-    check(("command", "response"), (command.len(), response.len()), 16)?;
+    check([("command", command), ("response", response)], 16)?;
     checks::sample_rate("sample_rate", sample_rate)?;
     checks::band(band, sample_rate)?;
     let (low, high) = band;
@@ -130,11 +130,9 @@ fn excited(spectrum: &[Complex64], width: f64, (low, high): (f64, f64)) -> Resul
     let last = ((high / width + 1e-9).floor() as usize).min(spectrum.len() - 1);
     let strongest = (first..=last).map(|k| spectrum[k].norm_sqr()).fold(0.0, f64::max);
     let bins: Vec<usize> = (first..=last).filter(|k| spectrum[*k].norm_sqr() > EXCITED * strongest).collect();
-    if bins.len() < LEAST_BINS || !strongest.is_normal() {
-        let found = format!("{} excited frequencies within {low} to {high} Hz", bins.len());
-        let allowed = format!("must excite at least {LEAST_BINS}: use a longer sweep or a wider band");
-        return Err(Error::value("command", found, allowed));
-    }
+    let found = format!("{} excited frequencies within {low} to {high} Hz", bins.len());
+    let allowed = format!("must excite at least {LEAST_BINS}: use a longer sweep or a wider band");
+    checks::require(bins.len() >= LEAST_BINS && strongest.is_normal(), "command", found, allowed)?;
     Ok(bins)
 }
 

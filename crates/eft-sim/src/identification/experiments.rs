@@ -91,13 +91,8 @@ pub fn flow_test(
     checks::within_nyquist("frequency", frequency, sample_rate)?;
     checks::positive("piston_mass", piston_mass, "kg")?;
     let stroke = rig.actuator.stroke;
-    if amplitude.abs() > stroke {
-        return Err(Error::value(
-            "amplitude",
-            Short(amplitude),
-            format!("must be at most the stroke, {} m", Short(stroke)),
-        ));
-    }
+    let allowed = format!("must be at most the stroke, {} m", Short(stroke));
+    checks::require(amplitude.abs() <= stroke, "amplitude", Short(amplitude), allowed)?;
     let free = rig.plant().with(|free| {
         free.structure.kind = StructureKind::Linear;
         (free.structure.mass, free.structure.damping, free.structure.stiffness) = (piston_mass, 0.0, 0.0);

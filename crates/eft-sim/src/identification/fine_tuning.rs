@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use eft_core::FlowTable;
 
 use super::Estimate;
-use super::gaps::{check, detrend};
+use super::gaps::{check_whole, detrend};
 use crate::analysis::linear::valve_response;
 use crate::checks;
 use crate::config::TABLE_CAPACITY;
@@ -86,19 +86,12 @@ pub fn fine_tune(
 ) -> Result<FineTuning> {
     checks::sample_rate("sample_rate", sample_rate)?;
     let TestSignals { command, force, velocity } = signals;
-    check(("command", "force"), (command.len(), force.len()), 256)?;
-    check(("command", "velocity"), (command.len(), velocity.len()), 256)?;
-    for (name, signal) in [("command", command), ("force", force), ("velocity", velocity)] {
-        checks::signal(name, signal)?;
-    }
-    if rig.compensation.mode == Mode::Off {
-        return Err(Error::value("compensation.mode", "\"off\"", "must be on: there is nothing to tune"));
-    }
+    check_whole(&[("command", command), ("force", force), ("velocity", velocity)], 256)?;
+    let allowed = "must be on: there is nothing to tune";
+    checks::require(rig.compensation.mode != Mode::Off, "compensation.mode", "\"off\"", allowed)?;
     for (key, on) in [("adaptive", rig.compensation.adaptive), ("guard", rig.compensation.guard)] {
-        if on {
-            let allowed = "must be off in the test: it changes the level or the delay that would be tuned";
-            return Err(Error::value(&format!("compensation.{key}"), "true", allowed));
-        }
+        let allowed = "must be off in the test: it changes the level or the delay that would be tuned";
+        checks::require(!on, &format!("compensation.{key}"), "true", allowed)?;
     }
     checks::band(band, sample_rate)?;
     // What the rig is believed to be; its truth is unknown in a laboratory.
@@ -113,10 +106,9 @@ pub fn fine_tune(
     let last = ((high / width).floor() as usize).min(spectra.needed.len() - 1);
     let most = (first..=last).map(|k| spectra.needed[k].norm_sqr()).fold(0.0, f64::max);
     let opened = spectra.largest_opening;
-    if opened < LEAST_OPENING {
-        let found = format!("an opening of {opened:.1e} at most");
-        return Err(Error::value("velocity", found, format!("must call for at least {LEAST_OPENING}")));
-    }
+    let found = format!("an opening of {opened:.1e} at most");
+    let allowed = format!("must call for at least {LEAST_OPENING}");
+    checks::require(opened >= LEAST_OPENING, "velocity", found, allowed)?;
     if rig.compensation.mode == Mode::Linear && opened > LINEAR_OPENING {
         let found = format!("an opening of {opened:.2}");
         let allowed = format!(
@@ -125,17 +117,13 @@ pub fn fine_tune(
         return Err(Error::value("velocity", found, allowed));
     }
     let bins: Vec<usize> = (first..=last).filter(|k| spectra.needed[*k].norm_sqr() > MOVED * most).collect();
-    if bins.len() < LEAST_BINS {
-        let found = format!("{} frequencies within {low} to {high} Hz", bins.len());
-        let allowed = format!("must move at {LEAST_BINS} at least: use a longer test");
-        return Err(Error::value("velocity", found, allowed));
-    }
+    let found = format!("{} frequencies within {low} to {high} Hz", bins.len());
+    let allowed = format!("must move at {LEAST_BINS} at least: use a longer test");
+    checks::require(bins.len() >= LEAST_BINS, "velocity", found, allowed)?;
     let fit = Fit::new(&spectra, &bins, width);
-    if !(fit.gain > 0.2 && fit.gain < 5.0) {
-        let found = format!("a compensation {:.2} times the configured one", fit.gain);
-        let allowed = "must be that of this rig, compensated: check gains, units and signs";
-        return Err(Error::value("velocity", found, allowed));
-    }
+    let found = format!("a compensation {:.2} times the configured one", fit.gain);
+    let allowed = "must be that of this rig, compensated: check gains, units and signs";
+    checks::require(fit.gain > 0.2 && fit.gain < 5.0, "velocity", found, allowed)?;
     let level = rig.compensation.level / fit.gain;
     let [natural_frequency, force_ratio, peak, valley] = spectra.look(&bins, width);
     Ok(FineTuning {
@@ -161,11 +149,9 @@ fn plausible(signals: TestSignals<'_>) -> Result<()> {
     }
     let square = |signal: &[f64]| signal.iter().map(|x| x * x).sum::<f64>();
     let factor = (square(force) / square(command)).sqrt();
-    if (1.0 / LARGEST_FACTOR..LARGEST_FACTOR).contains(&factor) {
-        return Ok(());
-    }
+    let sound = (1.0 / LARGEST_FACTOR..LARGEST_FACTOR).contains(&factor);
     let found = format!("{factor:.2e} times the command");
-    Err(Error::value("force", found, "must be about the command: check the units of both"))
+    checks::require(sound, "force", found, "must be about the command: check the units of both")
 }
 
 /// Refuses a velocity that is not of the size of the specimen's under the force, away from its resonance.
@@ -193,11 +179,10 @@ fn check_motion(rig: &RigConfig, signals: TestSignals<'_>, sample_rate: f64, ban
     }
     let factor = product / square;
     // No number in a band that is all resonance.
-    if factor.is_nan() || (MOTIONS.0..MOTIONS.1).contains(&factor) {
-        return Ok(());
-    }
+    let sound = factor.is_nan() || (MOTIONS.0..MOTIONS.1).contains(&factor);
     let allowed = "must be that of this specimen: check units and signs of force and velocity, and the mass";
-    Err(Error::value("velocity", format!("{factor:.2e} times as large as the force makes it"), allowed))
+    let found = format!("{factor:.2e} times as large as the force makes it");
+    checks::require(sound, "velocity", found, allowed)
 }
 
 /// The regression `opened = (p + jωq)·needed`.

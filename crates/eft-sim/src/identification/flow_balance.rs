@@ -8,9 +8,8 @@
 use std::f64::consts::TAU;
 
 use super::Estimate;
-use super::gaps::check;
+use super::gaps::check_whole;
 use super::least_squares::least_squares;
-use crate::checks;
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of, spectrum};
@@ -52,12 +51,7 @@ impl MotionSignals<'_> {
     /// Refuses signals of unequal or too short lengths, and incomplete ones.
     pub(super) fn check(&self, sample_rate: f64) -> Result<()> {
         let least = (LEAST_DURATION * sample_rate).ceil() as usize;
-        check(("spool", "velocity"), (self.spool.len(), self.velocity.len()), least)?;
-        check(("spool", "force"), (self.spool.len(), self.force.len()), least)?;
-        for (name, signal) in [("spool", self.spool), ("velocity", self.velocity), ("force", self.force)] {
-            checks::signal(name, signal)?;
-        }
-        Ok(())
+        check_whole(&[("spool", self.spool), ("velocity", self.velocity), ("force", self.force)], least)
     }
 }
 

@@ -68,20 +68,16 @@ pub fn identify_flow_curve(
 
 /// Evenly spaced openings (1) from −1 to 1, 0 among them.
 pub(super) fn control_points(knots: usize) -> Result<Vec<f64>> {
-    if !(5..=63).contains(&knots) || knots.is_multiple_of(2) {
-        let allowed = "must be an odd number from 5 to 63, so that 0 is one of them";
-        return Err(Error::value("knots", knots, allowed));
-    }
+    let allowed = "must be an odd number from 5 to 63, so that 0 is one of them";
+    checks::require((5..=63).contains(&knots) && !knots.is_multiple_of(2), "knots", knots, allowed)?;
     let half = (knots / 2) as f64;
     Ok((0..knots).map(|i| (i as f64 - half) / half).collect())
 }
 
 /// Refuses a spool signal that is not a fraction of the stroke.
 pub(super) fn check_opening(opening: f64) -> Result<()> {
-    if opening.abs() <= LARGEST_OPENING {
-        return Ok(());
-    }
-    Err(Error::value("spool", opening, "must be a fraction of the spool's stroke, within ±1"))
+    let allowed = "must be a fraction of the spool's stroke, within ±1";
+    checks::require(opening.abs() <= LARGEST_OPENING, "spool", opening, allowed)
 }
 
 /// Spool and displacement of a stretch without a gap.
@@ -92,12 +88,10 @@ pub(super) fn parts(
     recordings: &[Recording<'_>],
     accept: impl Fn(f64) -> Result<()>,
 ) -> Result<Vec<Stretch>> {
-    if recordings.is_empty() {
-        return Err(Error::value("spool", "no recordings", "must have at least one"));
-    }
+    checks::require(!recordings.is_empty(), "spool", "no recordings", "must have at least one")?;
     let mut parts = Vec::new();
     for Recording { spool, displacement } in recordings {
-        check(("spool", "displacement"), (spool.len(), displacement.len()), LEAST_STRETCH)?;
+        check([("spool", spool), ("displacement", displacement)], LEAST_STRETCH)?;
         let (spool, displacement) = (bridged(spool, BRIDGED), bridged(displacement, BRIDGED));
         let there = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
         for part in stretches(spool.len(), LEAST_STRETCH, there) {
@@ -105,10 +99,8 @@ pub(super) fn parts(
             parts.push((spool[part.clone()].to_vec(), displacement[part].to_vec()));
         }
     }
-    if parts.is_empty() {
-        let allowed = format!("must have {LEAST_STRETCH} samples without a gap of more than {BRIDGED}");
-        return Err(Error::value("spool and displacement", "gaps throughout", allowed));
-    }
+    let allowed = format!("must have {LEAST_STRETCH} samples without a gap of more than {BRIDGED}");
+    checks::require(!parts.is_empty(), "spool and displacement", "gaps throughout", allowed)?;
     Ok(parts)
 }
 
@@ -141,11 +133,9 @@ pub(super) fn check_rise(openings: &[f64], flows: &[f64]) -> Result<()> {
 
 /// Refuses a flow (m³/s) that is more uncertain than it is large.
 fn check_known(name: &str, found: Estimate) -> Result<()> {
-    if found.uncertainty < found.value {
-        return Ok(());
-    }
-    let found = format!("{:.3e} ± {:.1e} m³/s", found.value, found.uncertainty);
-    Err(Error::value(name, found, "must exceed its uncertainty: add tests with smaller strokes"))
+    let Estimate { value, uncertainty } = found;
+    let allowed = "must exceed its uncertainty: add tests with smaller strokes";
+    checks::require(uncertainty < value, name, format!("{value:.3e} ± {uncertainty:.1e} m³/s"), allowed)
 }
 
 /// The flow gain `K_v` (m³/s) at the origin: one slope for all openings within ±`limit`.
@@ -158,9 +148,7 @@ pub fn identify_flow_gain(
     piston_area: f64,
     limit: f64,
 ) -> Result<Estimate> {
-    if !(0.01..=0.5).contains(&limit) {
-        return Err(Error::value("limit", limit, "must be an opening from 0.01 to 0.5"));
-    }
+    checks::require((0.01..=0.5).contains(&limit), "limit", limit, "must be an opening from 0.01 to 0.5")?;
     let cells = (0.9 / limit).floor().clamp(1.0, 9.0) as usize;
     let outer = |i: usize| limit + (1.0 - limit) * i as f64 / cells as f64;
     let negative = (0..=cells).rev().map(|i| -outer(i));

@@ -8,7 +8,7 @@ use super::flow_curve::{
 };
 use super::gaps::check;
 use crate::checks;
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Samples within this share of the distance between two control points belong to a point.
 const NEAR: f64 = 0.2;
@@ -28,14 +28,12 @@ pub fn flow_curve_by_differences(
     checks::sample_rate("sample_rate", sample_rate)?;
     checks::positive("piston_area", piston_area, "m²")?;
     let openings = control_points(knots)?;
-    if recordings.is_empty() {
-        return Err(Error::value("spool", "no recordings", "must have at least one"));
-    }
+    checks::require(!recordings.is_empty(), "spool", "no recordings", "must have at least one")?;
     let half = (knots / 2) as f64;
     let mut sums = vec![(0_usize, 0.0, 0.0); knots];
     for recording in recordings {
         let (spool, displacement) = (recording.spool, recording.displacement);
-        check(("spool", "displacement"), (spool.len(), displacement.len()), LEAST_SAMPLES)?;
+        check([("spool", spool), ("displacement", displacement)], LEAST_SAMPLES)?;
         for (opening, around) in spool.iter().skip(1).zip(displacement.windows(3)) {
             let flow = piston_area * (around[2] - around[0]) * 0.5 * sample_rate;
             if !(opening.is_finite() && flow.is_finite()) {

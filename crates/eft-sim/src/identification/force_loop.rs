@@ -11,7 +11,7 @@ use toml::Value;
 
 use super::Estimate;
 use super::flow_balance::{FlowBalance, LEAST_EXCITATION, MotionSignals, OIL_BAND, excitation};
-use super::gaps::check;
+use super::gaps::check_whole;
 use super::least_squares::least_squares;
 use crate::checks;
 use crate::config::{Realization, RigConfig};
@@ -88,11 +88,9 @@ pub fn identify_force_loop(
 ) -> Result<ForceLoopEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
     signals.check(sample_rate)?;
-    check(("valve_command", "spool"), (valve_command.len(), signals.spool.len()), 1)?;
-    checks::signal("valve_command", valve_command)?;
-    if sample_rate < LEAST_RATE {
-        return Err(Error::value("sample_rate", sample_rate, format!("must be at least {LEAST_RATE} Hz")));
-    }
+    check_whole(&[("valve_command", valve_command), ("spool", signals.spool)], 1)?;
+    let allowed = format!("must be at least {LEAST_RATE} Hz");
+    checks::require(sample_rate >= LEAST_RATE, "sample_rate", sample_rate, allowed)?;
     check_excitation(signals.force, sample_rate)?;
     let [spool_delay, response_delay, pilot_time_constant] =
         of_spool(rig, valve_command, signals.spool, sample_rate)?;
@@ -116,13 +114,11 @@ pub fn identify_force_loop(
 fn check_excitation(force: &[f64], sample_rate: f64) -> Result<()> {
     let ratio = excitation(force, sample_rate)?;
     // No number if the force is zero.
-    if ratio.is_nan() || ratio < LEAST_EXCITATION {
-        let found = format!("spectral density {ratio:.1} times that of the noise");
-        let (low, high) = OIL_BAND;
-        let allowed =
-            format!("must be {LEAST_EXCITATION} times from {low} to {high} Hz: run a sweep to {high} Hz");
-        return Err(Error::value("force", found, allowed));
-    }
+    let found = format!("spectral density {ratio:.1} times that of the noise");
+    let (low, high) = OIL_BAND;
+    let allowed =
+        format!("must be {LEAST_EXCITATION} times from {low} to {high} Hz: run a sweep to {high} Hz");
+    checks::require(ratio >= LEAST_EXCITATION, "force", found, allowed)?;
     Ok(())
 }
 

@@ -2,22 +2,25 @@
 
 use std::f64::consts::TAU;
 
-use crate::error::{Error, Result};
+use crate::checks;
+use crate::error::Result;
+
+/// A signal with its name.
+type Named<'a> = (&'a str, &'a [f64]);
 
 /// Refuses signals that differ in length or are too short.
-pub(super) fn check(names: (&str, &str), lengths: (usize, usize), least: usize) -> Result<()> {
-    if lengths.0 != lengths.1 {
-        let allowed = format!("must have as many samples as {}, {}", names.0, lengths.0);
-        return Err(Error::value(names.1, format!("{} samples", lengths.1), allowed));
-    }
-    if lengths.0 < least {
-        return Err(Error::value(
-            names.0,
-            format!("{} samples", lengths.0),
-            format!("must have at least {least}"),
-        ));
-    }
-    Ok(())
+pub(super) fn check([first, other]: [Named<'_>; 2], least: usize) -> Result<()> {
+    let [samples, others] = [first, other].map(|(_, signal)| signal.len());
+    let allowed = format!("must have as many samples as {}, {samples}", first.0);
+    checks::require(samples == others, other.0, format!("{others} samples"), allowed)?;
+    let allowed = format!("must have at least {least}");
+    checks::require(samples >= least, first.0, format!("{samples} samples"), allowed)
+}
+
+/// Refuses signals that differ in length from the first, are too short or have gaps.
+pub(super) fn check_whole(signals: &[Named<'_>], least: usize) -> Result<()> {
+    signals.iter().skip(1).try_for_each(|other| check([signals[0], *other], least))?;
+    signals.iter().try_for_each(|(name, signal)| checks::signal(name, signal))
 }
 
 /// Stretches of samples for which `valid` holds, at least `least` long.
@@ -113,20 +116,16 @@ impl Fade {
                 j += 1;
             }
         }
-        if ((samples - 1) as f64) < 2.0 * ramp {
-            let allowed = format!(
-                "must have more than {:.0}: four periods of the band's highest frequency",
-                2.0 * ramp
-            );
-            return Err(Error::value("command", format!("{samples} samples"), allowed));
-        }
-        if 2.0 * kept < samples as f64 {
-            let found = format!(
-                "{kept:.0} of {samples} samples in stretches of more than {:.0} without a gap",
-                2.0 * ramp
-            );
-            return Err(Error::value("command and response", found, "must be at least half"));
-        }
+        let found = format!("{samples} samples");
+        let allowed =
+            format!("must have more than {:.0}: four periods of the band's highest frequency", 2.0 * ramp);
+        checks::require((samples - 1) as f64 >= 2.0 * ramp, "command", found, allowed)?;
+        let found = format!(
+            "{kept:.0} of {samples} samples in stretches of more than {:.0} without a gap",
+            2.0 * ramp
+        );
+        let allowed = "must be at least half";
+        checks::require(2.0 * kept >= samples as f64, "command and response", found, allowed)?;
         Ok(Self { stretches, ramp, delay, samples })
     }
 

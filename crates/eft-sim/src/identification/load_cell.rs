@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use super::Estimate;
-use super::gaps::check;
+use super::gaps::check_whole;
 use super::least_squares::least_squares;
 use crate::checks;
 use crate::config::{MotionAt, RigConfig, StructureKind};
@@ -76,9 +76,8 @@ pub fn identify_load_cell(
     if !(gain_uncertainty > 0.0 && gain_uncertainty <= 1.0) {
         return Err(Error::value("gain_uncertainty", gain_uncertainty, "must be above 0 and at most 1"));
     }
-    if !(0.0..=1.0).contains(&mass_uncertainty) {
-        return Err(Error::value("mass_uncertainty", mass_uncertainty, "must be from 0 to 1"));
-    }
+    let allowed = "must be from 0 to 1";
+    checks::require((0.0..=1.0).contains(&mass_uncertainty), "mass_uncertainty", mass_uncertainty, allowed)?;
     let low = check_specimen(rig)?;
     let SpecimenSignals { displacement, velocity, force } = signals;
     let (structure, sensors) = (&rig.structure, &rig.sensors);
@@ -112,16 +111,10 @@ pub fn identify_load_cell(
 fn check_signals(signals: SpecimenSignals<'_>, sample_rate: f64) -> Result<()> {
     let SpecimenSignals { displacement, velocity, force } = signals;
     checks::sample_rate("sample_rate", sample_rate)?;
-    if sample_rate < LEAST_RATE {
-        return Err(Error::value("sample_rate", sample_rate, format!("must be at least {LEAST_RATE} Hz")));
-    }
+    let allowed = format!("must be at least {LEAST_RATE} Hz");
+    checks::require(sample_rate >= LEAST_RATE, "sample_rate", sample_rate, allowed)?;
     let least = (LEAST_DURATION * sample_rate).ceil() as usize;
-    check(("force", "velocity"), (force.len(), velocity.len()), least)?;
-    check(("force", "displacement"), (force.len(), displacement.len()), least)?;
-    for (name, signal) in [("displacement", displacement), ("velocity", velocity), ("force", force)] {
-        checks::signal(name, signal)?;
-    }
-    Ok(())
+    check_whole(&[("force", force), ("velocity", velocity), ("displacement", displacement)], least)
 }
 
 /// The lowest frequency (Hz) of the inertia's band, for a structure that has one.
@@ -131,20 +124,16 @@ fn check_specimen(rig: &RigConfig) -> Result<f64> {
         let allowed = "must have one story, whose mass the force accelerates alone";
         return Err(Error::value("structure.kind", "\"shear_building\"", allowed));
     }
-    if structure.power_damper.is_some() {
-        let allowed = "must be absent, because its force is not proportional to the velocity";
-        return Err(Error::value("structure.power_damper", "present", allowed));
-    }
+    let allowed = "must be absent, because its force is not proportional to the velocity";
+    checks::require(structure.power_damper.is_none(), "structure.power_damper", "present", allowed)?;
     if actuator.attachment_play > 0.0 && rig.sensors.motion_at == MotionAt::Piston {
         let allowed = "must be 0 for a motion that is measured at the piston";
         return Err(Error::value("actuator.attachment_play", actuator.attachment_play, allowed));
     }
     let natural = (structure.stiffness / structure.mass).sqrt() / TAU;
     let low = INERTIA_BAND.0.max(ABOVE_RESONANCE * natural);
-    if low >= INERTIA_BAND.1 {
-        let allowed = format!("must be below {} Hz for this test", INERTIA_BAND.1 / ABOVE_RESONANCE);
-        return Err(Error::value("natural frequency of the structure in Hz", natural, allowed));
-    }
+    let allowed = format!("must be below {} Hz for this test", INERTIA_BAND.1 / ABOVE_RESONANCE);
+    checks::require(low < INERTIA_BAND.1, "natural frequency of the structure in Hz", natural, allowed)?;
     Ok(low)
 }
 
@@ -187,14 +176,9 @@ fn ratio<const N: usize>(
         let allowed = format!("must move with the force from {low:.3} to {high} Hz: run a sweep to 40 Hz");
         return Err(Error::value(name, "without a clear motion", allowed));
     };
-    if !(RATIOS.0..RATIOS.1).contains(&factor.value) {
-        let found = format!("{:.2} times as large as expected", factor.value);
-        return Err(Error::value(
-            name,
-            found,
-            "must be that of this rig: check gains, units, signs and the mass",
-        ));
-    }
+    let found = format!("{:.2} times as large as expected", factor.value);
+    let allowed = "must be that of this rig: check gains, units, signs and the mass";
+    checks::require((RATIOS.0..RATIOS.1).contains(&factor.value), name, found, allowed)?;
     Ok(factor)
 }
 

@@ -49,10 +49,8 @@ pub fn identify_overlap(
     let [lowest, highest] = test.reach()?;
     let knees = test.refined(test.coarse(lowest, highest)?);
     let (slopes, rest, jacobian) = test.fitted(knees);
-    if slopes.min() <= 0.0 || slopes.min().is_nan() {
-        let allowed = "must rise with the opening: check the signs, or take more data, less noise";
-        return Err(Error::value("flow", "does not rise with the opening", allowed));
-    }
+    let allowed = "must rise with the opening: check the signs, or take more data, less noise";
+    checks::require(slopes.min() > 0.0, "flow", "does not rise with the opening", allowed)?;
     test.check_beyond(knees)?;
     let covariance = covariance(&rest, &jacobian).ok_or_else(|| {
         Error::value("spool", "hardly moves about null", "must pass both knees for an overlap")
@@ -211,11 +209,9 @@ impl Test {
     fn check_beyond(&self, knees: Sides) -> Result<()> {
         let below = self.spool().filter(|x| *x < knees[0].min(0.0)).count();
         let above = self.spool().filter(|x| *x > knees[1].max(0.0)).count();
-        if below.min(above) >= LEAST_BEYOND {
-            return Ok(());
-        }
         let found = format!("{} samples beyond the overlap on one side", below.min(above));
-        Err(Error::value("spool", found, format!("must have at least {LEAST_BEYOND} on either side")))
+        let allowed = format!("must have at least {LEAST_BEYOND} on either side");
+        checks::require(below.min(above) >= LEAST_BEYOND, "spool", found, allowed)
     }
 }
 

@@ -1,7 +1,8 @@
 //! The slope of the flow curve that a linear model uses near rest.
 
+use crate::checks;
 use crate::config::{AtRest, Mode, RigConfig};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::plant::Supply;
 
 /// The flow gain of a linear model. Plant and nonlinear compensation use the same slope, so it cancels if the
@@ -57,10 +58,8 @@ impl FlowGain {
         let off = rig.compensation.mode == Mode::Off;
         // The flow curve holds at `supply.pressure`; a schedule may begin elsewhere.
         let pressure = Supply::<f64>::pack(&|_| plant).setting(0.0);
-        if pressure <= 0.0 {
-            let allowed = "must be positive at the start of the test for a linear model";
-            return Err(Error::value("supply.schedule.pressures", pressure, allowed));
-        }
+        let allowed = "must be positive at the start of the test for a linear model";
+        checks::require(pressure > 0.0, "supply.schedule.pressures", pressure, allowed)?;
         let root = (pressure / plant.supply.pressure).sqrt();
         let corrected =
             if rig.compensation.supply_correction { measured_supply(rig, pressure).sqrt() } else { 1.0 };

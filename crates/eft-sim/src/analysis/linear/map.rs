@@ -4,8 +4,9 @@ use toml::Value;
 
 use super::largest_stable_level;
 use super::{FlowGain, Time, linearize};
+use crate::checks;
 use crate::config::RigConfig;
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// The quantity of a stability map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,17 +39,10 @@ pub fn stability_map(
     quantity: MapQuantity,
     gain: FlowGain,
 ) -> Result<Vec<Vec<f64>>> {
-    if horizontal.key == vertical.key {
-        return Err(Error::value(
-            "vertical",
-            &vertical.key,
-            "must be another key than that of the horizontal",
-        ));
-    }
+    let allowed = "must be another key than that of the horizontal";
+    checks::require(horizontal.key != vertical.key, "vertical", &vertical.key, allowed)?;
     for (name, axis) in [("horizontal", horizontal), ("vertical", vertical)] {
-        if axis.values.is_empty() {
-            return Err(Error::value(name, &axis.key, "must have at least one value"));
-        }
+        checks::require(!axis.values.is_empty(), name, &axis.key, "must have at least one value")?;
     }
     let mut rows = Vec::with_capacity(vertical.values.len());
     for y in &vertical.values {

@@ -10,7 +10,7 @@ use super::plant::{LinearPlant, left_out};
 use super::velocity_signal::VelocitySignal;
 use crate::checks;
 use crate::config::{Realization, RigConfig};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::state_space::StateSpace;
 use crate::state_space::matrices::exponential;
 
@@ -155,10 +155,8 @@ impl<'a> Ticker<'a> {
             names.extend(aged.iter().map(|name| plant.name(name, actuator)));
             digital.push(DigitalSide { at, velocity, force, computation, converter, command });
         }
-        if names.len() > MOST_STATES {
-            let allowed = format!("must be at most {MOST_STATES}: fewer samples of delay, or fewer stories");
-            return Err(Error::value("states of the linear model", names.len(), allowed));
-        }
+        let allowed = format!("must be at most {MOST_STATES}: fewer samples of delay, or fewer stories");
+        checks::require(names.len() <= MOST_STATES, "states of the linear model", names.len(), allowed)?;
         Ok(Self {
             carried: step.view((0, 0), (states, states)).into_owned(),
             driven: step.view((0, states), (states, SIGNALS * plant.actuators)).into_owned(),

@@ -6,6 +6,7 @@ mod notes;
 mod parts;
 mod rust;
 
+use crate::checks;
 use crate::closed_loop::{Precision, parameters};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
@@ -65,13 +66,8 @@ pub fn export(rig: &RigConfig, name: Option<&str>, target: Target) -> Result<Str
 fn identifier(name: &str) -> Result<&str> {
     let digit_first = name.starts_with(|first: char| first.is_ascii_digit());
     let takes = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    if name.is_empty() || digit_first || !name.chars().all(takes) {
-        return Err(Error::value(
-            "name",
-            name,
-            "must be an identifier: letters, digits and _, no digit first",
-        ));
-    }
+    let allowed = "must be an identifier: letters, digits and _, no digit first";
+    checks::require(!name.is_empty() && !digit_first && name.chars().all(takes), "name", name, allowed)?;
     Ok(name)
 }
 

@@ -15,13 +15,8 @@ use crate::instruments::Noise;
 /// (Hz) is outside its range.
 pub fn step(amplitude: f64, start: f64, duration: f64, sample_rate: f64) -> Result<Command> {
     checks::finite("amplitude", amplitude, "N")?;
-    if !(0.0..=duration).contains(&start) {
-        return Err(Error::value(
-            "start",
-            start,
-            format!("must lie within 0 and the duration, {duration} s"),
-        ));
-    }
+    let allowed = format!("must lie within 0 and the duration, {duration} s");
+    checks::require((0.0..=duration).contains(&start), "start", start, allowed)?;
     sampled(duration, sample_rate, |t| if t >= start { amplitude } else { 0.0 })
 }
 
@@ -111,10 +106,8 @@ fn lines(
     // Without the mean and the last bin of an even length, which have no phase.
     let first = ((low / spacing).ceil() as usize).max(1);
     let last = ((high / spacing).floor() as usize).min((samples - 1) / 2);
-    if first > last {
-        let allowed = format!("must hold a multiple of {spacing} Hz");
-        return Err(Error::value("band", format!("{low} to {high} Hz"), allowed));
-    }
+    let allowed = format!("must hold a multiple of {spacing} Hz");
+    checks::require(first <= last, "band", format!("{low} to {high} Hz"), allowed)?;
     let count = last - first + 1;
     for (n, bin) in spectrum[first..=last].iter_mut().enumerate() {
         *bin = line(n, count);

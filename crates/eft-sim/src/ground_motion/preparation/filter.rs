@@ -1,6 +1,7 @@
 //! Zero-phase band-pass: a Butterworth filter run forwards and backwards.
 
-use crate::error::{Error, Result};
+use crate::checks;
+use crate::error::Result;
 use crate::fourier::{padded_spectrum, signal_of};
 use crate::ground_motion::records::Record;
 
@@ -17,19 +18,13 @@ const MOST_ZEROS: f64 = 1e7;
 pub fn band_passed(record: &Record, low: f64, high: f64, order: i32) -> Result<Record> {
     record.validate()?;
     let nyquist = 0.5 / record.dt;
-    if !(low > 0.0 && low < high && high < nyquist) {
-        let allowed = format!("must be two frequencies between 0 and {nyquist} Hz, the lower first");
-        return Err(Error::value("band", format!("({low}, {high})"), allowed));
-    }
-    if !(1..=10).contains(&order) {
-        return Err(Error::value("order", order, "must be from 1 to 10"));
-    }
+    let allowed = format!("must be two frequencies between 0 and {nyquist} Hz, the lower first");
+    checks::require(low > 0.0 && low < high && high < nyquist, "band", format!("({low}, {high})"), allowed)?;
+    checks::require((1..=10).contains(&order), "order", order, "must be from 1 to 10")?;
     // Zeros after the record hold the decay of the filter, so that it does not wrap around to the start.
     let zeros = 20.0 / (low * record.dt);
-    if zeros > MOST_ZEROS {
-        let allowed = format!("must begin at {} Hz or above", 20.0 / (MOST_ZEROS * record.dt));
-        return Err(Error::value("band", format!("({low}, {high})"), allowed));
-    }
+    let allowed = format!("must begin at {} Hz or above", 20.0 / (MOST_ZEROS * record.dt));
+    checks::require(zeros <= MOST_ZEROS, "band", format!("({low}, {high})"), allowed)?;
     let count = record.acceleration.len();
     let length = (count + zeros as usize + count).next_power_of_two();
     let mut spectrum = padded_spectrum(&record.acceleration, length)?;

@@ -21,9 +21,8 @@ use crate::ground_motion::records::Record;
 pub fn baseline_corrected(record: &Record, degree: usize) -> Result<Record> {
     record.validate()?;
     let count = record.acceleration.len();
-    if degree > 5 || degree >= count {
-        return Err(Error::value("degree", degree, "must be at most 5, and below the number of points"));
-    }
+    let allowed = "must be at most 5, and below the number of points";
+    checks::require(degree <= 5 && degree < count, "degree", degree, allowed)?;
     let time = |i: usize| 2.0 * i as f64 / (count.max(2) - 1) as f64 - 1.0;
     let row =
         |i: usize| DVector::from_iterator(degree + 1, (0..=degree).map(|power| time(i).powi(power as i32)));
@@ -65,11 +64,8 @@ pub fn tapered(record: &Record, start: f64, end: f64) -> Result<Record> {
     let last = record.acceleration.len() - 1;
     let duration = last as f64 * record.dt;
     for (name, length) in [("start", start), ("end", end)] {
-        if !(length >= 0.0 && start + end <= duration) {
-            let allowed =
-                format!("must not be negative; both together not longer than the record, {duration} s");
-            return Err(Error::value(name, length, allowed));
-        }
+        let allowed = format!("must not be negative; both together not longer than the record, {duration} s");
+        checks::require(length >= 0.0 && start + end <= duration, name, length, allowed)?;
     }
     let fade =
         |time: f64, length: f64| if time < length { 0.5 - 0.5 * (PI * time / length).cos() } else { 1.0 };

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::checks;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::ground_motion::excitation::MAX_SAMPLES;
 use crate::ground_motion::records::Record;
 
@@ -23,9 +23,8 @@ pub fn resampled(record: &Record, rate: f64) -> Result<Record> {
     let own = 1.0 / record.dt;
     let last = record.acceleration.len() - 1;
     let samples = (last as f64 * rate / own + 1e-6).floor() + 1.0;
-    if samples > MAX_SAMPLES as f64 {
-        return Err(Error::value("rate", rate, format!("must give at most {MAX_SAMPLES} samples")));
-    }
+    let allowed = format!("must give at most {MAX_SAMPLES} samples");
+    checks::require(samples <= MAX_SAMPLES as f64, "rate", rate, allowed)?;
     // Cycles per sample of the record at the corner, times two.
     let corner = CORNER * (rate / own).min(1.0);
     let reach = CROSSINGS / corner;

@@ -20,9 +20,7 @@ const STEPS_PER_PERIOD: f64 = 40.0;
 /// or needs more than 1e7 steps for half of it. A damping outside 0 to 0.99.
 pub fn displacement_spectrum(record: &Record, periods: &[f64], damping: f64) -> Result<Vec<f64>> {
     record.validate()?;
-    if !(0.0..=0.99).contains(&damping) {
-        return Err(Error::value("damping", damping, "must be a ratio from 0 to 0.99"));
-    }
+    checks::require((0.0..=0.99).contains(&damping), "damping", damping, "must be a ratio from 0 to 0.99")?;
     periods.iter().map(|period| peak(record, *period, damping)).collect()
 }
 
@@ -30,14 +28,10 @@ fn peak(record: &Record, period: f64, zeta: f64) -> Result<f64> {
     checks::positive("period", period, "s")?;
     let omega = TAU / period;
     let parts = (record.dt * STEPS_PER_PERIOD / period).ceil().max(1.0);
-    if parts > 1e5 {
-        return Err(Error::value("period", period, "must not be that short against the record's step"));
-    }
+    checks::require(parts <= 1e5, "period", period, "must not be that short against the record's step")?;
     let step = record.dt / parts;
     let half_period = (0.5 * period / step).ceil() + 1.0;
-    if half_period > 1e7 {
-        return Err(Error::value("period", period, "must not be that long against the record's step"));
-    }
+    checks::require(half_period <= 1e7, "period", period, "must not be that long against the record's step")?;
     let root = (1.0 - zeta * zeta).sqrt();
     let (sin, cos) = (omega * root * step).sin_cos();
     let decay = (-zeta * omega * step).exp();
