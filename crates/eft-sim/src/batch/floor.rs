@@ -3,11 +3,9 @@
 use eft_core::{Flags, Scalar};
 
 use crate::batch::{BatchOptions, Outcome, Test};
-use crate::closed_loop::estimates::{Estimates, InUse};
-use crate::closed_loop::loops::ClosedLoop;
-use crate::closed_loop::tick::{Recorder, Tick};
-use crate::closed_loop::traces::{Block, supply_varies};
-use crate::closed_loop::{Precision, TestRun, adapts};
+use crate::closed_loop::{
+    Block, ClosedLoop, Estimates, InUse, Precision, Recorder, TestRun, Tick, adapts, supply_varies,
+};
 use crate::error::Result;
 use crate::lanes::{Num, Work};
 use crate::metrics::{BLOCK, Norms, Summed, Sums};

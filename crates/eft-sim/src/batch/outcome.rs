@@ -3,8 +3,7 @@
 use eft_core::status;
 
 use crate::batch::BatchOptions;
-use crate::closed_loop::estimates::Estimates;
-use crate::closed_loop::{TestRun, adapts};
+use crate::closed_loop::{Estimates, TestRun, adapts};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::metrics::{Actuator, Row, Summed, judge, summed};

@@ -4,8 +4,7 @@ use std::collections::HashMap;
 use std::ptr;
 
 use crate::batch::{BatchOptions, Test};
-use crate::closed_loop::channels::ChannelKind;
-use crate::closed_loop::{check_commands, soft_end};
+use crate::closed_loop::{ChannelKind, check_commands, soft_end};
 use crate::config::Realization;
 use crate::instruments::are_ideal;
 use crate::lanes::width;

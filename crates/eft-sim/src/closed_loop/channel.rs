@@ -8,10 +8,8 @@ use eft_core::{
     SavedCalibration,
 };
 
-use crate::closed_loop::controller::Precision;
-use crate::closed_loop::estimates::Estimates;
-use crate::config::RigConfig;
-use crate::config::TABLE_CAPACITY;
+use crate::closed_loop::{Estimates, Precision};
+use crate::config::{RigConfig, TABLE_CAPACITY};
 use crate::error::{Error, Result};
 
 type Channel<P> = eft_core::Channel<P, TABLE_CAPACITY>;

@@ -1,7 +1,6 @@
 //! Channels of several rigs, run one after another.
 
-use crate::closed_loop::channel::RigChannel;
-use crate::closed_loop::controller::{Precision, adapts};
+use crate::closed_loop::{Precision, RigChannel, adapts};
 use crate::config::{RigConfig, VelocitySource};
 use crate::instruments::DelayLines;
 use crate::lanes::{Num, WIDEST};

@@ -4,12 +4,8 @@ use std::slice;
 
 use eft_core::{Mask, Scalar};
 
-use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::{DigitalSide, Path};
-use crate::closed_loop::fast::FastLoop;
-use crate::closed_loop::loops::ClosedLoop;
-use crate::closed_loop::method::Method;
-use crate::closed_loop::tick::Recorder;
+use crate::closed_loop::{ClosedLoop, FastLoop, Method, Precision, Recorder};
 use crate::lanes::{Num, Work};
 
 impl<S: Num, C: Scalar<Element: Precision>> ClosedLoop<S, C> for FastLoop<S, C> {

@@ -2,7 +2,7 @@
 
 use eft_core::Calibration;
 
-use crate::closed_loop::controller::Precision;
+use crate::closed_loop::Precision;
 use crate::config::RigConfig;
 use crate::lanes::Num;
 

@@ -2,15 +2,22 @@
 
 use eft_core::{ControllerState, Scalar};
 
-use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{DigitalSide, Feedback};
-use crate::closed_loop::estimates::InUse;
-use crate::closed_loop::method::Method;
-use crate::closed_loop::tick::{DigitalOutput, Tick};
+use crate::closed_loop::{DigitalOutput, DigitalSide, Feedback, InUse, Precision, Tick};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::lanes::Num;
 use crate::plant::{Driver, DriverKind, Exponential, FastState, Prediction, Signals, TimeGrid};
+
+/// The integration method of the plant between ticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Integrates the linear part exactly and evaluates the load flow once per step. Compared with a
+    /// Runge–Kutta step of the same length it has two to three times the error and a quarter of the flow
+    /// evaluations.
+    Exponential,
+    /// The classical Runge–Kutta method of fourth order.
+    RungeKutta,
+}
 
 /// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
 pub(crate) struct FastLoop<S: Num, C: Scalar<Element: Precision>> {

@@ -2,11 +2,8 @@
 
 use eft_core::{ControllerState, Flags, Mask, Scalar, status};
 
-use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::{DigitalSide, Feedback};
-use crate::closed_loop::loops::ClosedLoop;
 use crate::closed_loop::specimen::{ExternalStructure, PistonMotion, Specimen};
-use crate::closed_loop::tick::{Recorder, Tick};
+use crate::closed_loop::{ClosedLoop, DigitalSide, Feedback, Precision, Recorder, Tick};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::lanes::{Num, Work};

@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use crate::closed_loop::estimates::Estimates;
+use crate::closed_loop::Estimates;
 
 /// The estimates of a test, each with the tick from which the controller used it.
 #[derive(Debug, Clone, Default, PartialEq)]

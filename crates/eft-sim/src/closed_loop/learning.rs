@@ -6,8 +6,7 @@ use eft_core::{
 };
 
 use crate::closed_loop::channel::Learning;
-use crate::closed_loop::controller::{Precision, RigController};
-use crate::closed_loop::estimates::{Estimates, InUse};
+use crate::closed_loop::{Estimates, InUse, Precision, RigController};
 use crate::config::TABLE_CAPACITY;
 use crate::error::Result;
 use crate::lanes::{Num, Work};

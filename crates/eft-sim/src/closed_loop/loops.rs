@@ -2,10 +2,7 @@
 
 use eft_core::Scalar;
 
-use crate::closed_loop::controller::Precision;
-use crate::closed_loop::digital_side::DigitalSide;
-use crate::closed_loop::test_run::TestRun;
-use crate::closed_loop::tick::Recorder;
+use crate::closed_loop::{DigitalSide, Precision, Recorder, TestRun};
 use crate::lanes::Num;
 use crate::plant::EnergyBalance;
 

@@ -3,9 +3,8 @@
 use eft_core::{Calibration, Input, Learning, Parameters, Realization, SavedCalibration};
 
 use crate::checks;
-use crate::closed_loop::channel;
-use crate::closed_loop::controller::{Precision, parameters};
 use crate::closed_loop::estimates::estimates;
+use crate::closed_loop::{Precision, channel, parameters};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::interruption;

@@ -5,15 +5,10 @@ use std::iter;
 use eft_core::{Cause, Scalar, status};
 
 use crate::checks;
-use crate::closed_loop::controller::{Precision, Width};
-use crate::closed_loop::external_controller::ExternalController;
-use crate::closed_loop::fast::FastLoop;
-use crate::closed_loop::general::GeneralLoop;
-use crate::closed_loop::loops::ClosedLoop;
-use crate::closed_loop::method::Method;
-use crate::closed_loop::specimen::Specimen;
-use crate::closed_loop::test_run::TestRun;
-use crate::closed_loop::traces::{BLOCK_TICKS, Block};
+use crate::closed_loop::{
+    BLOCK_TICKS, Block, ClosedLoop, ExternalController, FastLoop, GeneralLoop, Method, Precision, Specimen,
+    TestRun, Width,
+};
 use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;

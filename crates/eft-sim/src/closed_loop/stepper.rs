@@ -2,9 +2,8 @@
 
 use eft_core::status;
 
-use crate::closed_loop::method::Method;
-use crate::closed_loop::simulate::{SimulateOptions, check_each};
 use crate::closed_loop::specimen::Exchange;
+use crate::closed_loop::{Method, SimulateOptions, check_each};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::plant::{ActuatorState, Driver, Exponential, FastState, Plant, Signals, TimeGrid, needs_detail};

@@ -6,8 +6,7 @@ use std::sync::Once;
 
 use eft_core::SavedCalibration;
 
-use crate::closed_loop::controller::adapts;
-use crate::closed_loop::traces::Traces;
+use crate::closed_loop::{Traces, adapts};
 use crate::config::{Mode, RigConfig};
 use crate::error::{Error, Result};
 use crate::plant::EnergyBalance;

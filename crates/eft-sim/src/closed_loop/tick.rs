@@ -2,7 +2,7 @@
 
 use eft_core::{Scalar, status};
 
-use crate::closed_loop::estimates::InUse;
+use crate::closed_loop::InUse;
 use crate::lanes::Num;
 use crate::plant::{ActuatorState, Driver, Signals};
 

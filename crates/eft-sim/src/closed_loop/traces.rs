@@ -3,10 +3,9 @@
 
 use std::borrow::Cow;
 
-use crate::closed_loop::controller::adapts;
 use crate::closed_loop::estimates::{Estimates, InUse, estimates};
 use crate::closed_loop::held::{HeldTrace, History};
-use crate::closed_loop::tick::{Recorder, Tick};
+use crate::closed_loop::{Recorder, Tick, adapts};
 use crate::config::{RigConfig, StructureKind, VelocitySource};
 use crate::instruments::{are_ideal, has_accelerometer, has_load_pressure};
 use crate::lanes::{Num, Work};

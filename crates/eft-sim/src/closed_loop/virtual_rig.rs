@@ -3,8 +3,7 @@
 use eft_core::status;
 
 use crate::checks;
-use crate::closed_loop::simulate::{SimulateOptions, check_each};
-use crate::closed_loop::stepper::{PlantReading, PlantStepper};
+use crate::closed_loop::{PlantReading, PlantStepper, SimulateOptions, check_each};
 use crate::config::RigConfig;
 use crate::error::{Error, Result};
 use crate::instruments::{Dac, Sensors};

@@ -14,8 +14,7 @@ use super::Estimate;
 use super::gaps::{check_whole, detrend};
 use crate::analysis::linear::valve_response;
 use crate::checks;
-use crate::config::TABLE_CAPACITY;
-use crate::config::{Mode, Realization, RigConfig, StructureKind};
+use crate::config::{Mode, Realization, RigConfig, StructureKind, TABLE_CAPACITY};
 use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of, spectrum};
 

@@ -7,16 +7,11 @@ use eft_core::{Mask, Scalar};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::lanes::Num;
-use crate::plant::Signals;
-use crate::plant::drive::Driver;
-use crate::plant::energy::{EnergyBalance, POWERS};
-use crate::plant::runge_kutta::{Equations, Stages, runge_kutta};
-use crate::plant::servo_actuator::ServoActuator;
-use crate::plant::spool::Spool;
-use crate::plant::state::STATES;
 use crate::plant::structure::{Motion, Structure, is_plain};
-use crate::plant::supply::Supply;
-use crate::plant::{ActuatorState, TimeGrid};
+use crate::plant::{
+    ActuatorState, Driver, EnergyBalance, Equations, POWERS, STATES, ServoActuator, Signals, Spool, Stages,
+    Supply, TimeGrid, runge_kutta,
+};
 
 /// Servovalves, actuators, structure and supply with their state, one rig or several side by side.
 #[derive(Debug, Clone)]

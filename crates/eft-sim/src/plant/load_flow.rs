@@ -2,8 +2,7 @@
 
 use eft_core::FlowTable;
 
-use crate::config::RigConfig;
-use crate::config::TABLE_CAPACITY;
+use crate::config::{RigConfig, TABLE_CAPACITY};
 use crate::error::Result;
 use crate::lanes::Num;
 

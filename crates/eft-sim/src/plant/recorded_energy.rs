@@ -2,11 +2,7 @@
 
 use crate::config::RigConfig;
 use crate::error::Result;
-use crate::plant::energy::{EnergyBalance, POWERS};
-use crate::plant::general::needs_detail;
-use crate::plant::servo_actuator::ServoActuator;
-use crate::plant::state::ActuatorState;
-use crate::plant::structure::{Motion, Structure};
+use crate::plant::{ActuatorState, EnergyBalance, Motion, POWERS, ServoActuator, Structure, needs_detail};
 
 /// The energy balance (J) of recorded states at a sample rate (Hz), from the first to the last: powers by the
 /// trapezoidal rule, the increase of the stored energy from the states at both ends. It does not depend on

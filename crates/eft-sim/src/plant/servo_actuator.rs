@@ -5,19 +5,13 @@ use eft_core::Scalar;
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::lanes::Num;
-use crate::plant::ActuatorState;
-use crate::plant::actuator::Actuator;
 use crate::plant::bypass_valve::BypassValve;
-use crate::plant::drive::Driver;
 use crate::plant::end_stop::EndStop;
-use crate::plant::energy::EnergyBalance;
 use crate::plant::friction::Friction;
 use crate::plant::load_cell::LoadCell;
-use crate::plant::load_flow::LoadFlow;
-use crate::plant::pilot_valve::PilotValve;
-use crate::plant::spool::Spool;
 use crate::plant::torque_motor::TorqueMotor;
 use crate::plant::valve_leakage::{Leak, ValveLeakage};
+use crate::plant::{Actuator, ActuatorState, Driver, EnergyBalance, LoadFlow, PilotValve, Spool};
 
 /// One servovalve and its actuator.
 #[derive(Debug, Clone, Copy)]

@@ -6,9 +6,8 @@
 use crate::config::{RigConfig, StructureKind};
 use crate::lanes::Num;
 use crate::plant::bouc_wen::BoucWen;
-use crate::plant::energy::EnergyBalance;
 use crate::plant::power_damper::{PowerDamper, steepest};
-use crate::plant::story::Story;
+use crate::plant::{EnergyBalance, Story};
 
 /// Stories from the ground up.
 #[derive(Debug, Clone)]

@@ -2,13 +2,11 @@
 
 use eft_core::{Flags, Mask, Scalar, status};
 
-use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::parts::{CellReading, DigitalSide, Feedback, Source};
-use crate::closed_loop::tick::DigitalOutput;
+use crate::closed_loop::{DigitalOutput, Precision};
 use crate::config::Realization;
 use crate::lanes::Num;
-use crate::plant::Driver;
-use crate::plant::Signals;
+use crate::plant::{Driver, Signals};
 
 /// The outputs of the controllers.
 #[derive(Debug, Clone, Copy)]

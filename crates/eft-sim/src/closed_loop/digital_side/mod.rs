@@ -8,21 +8,17 @@ pub(crate) use parts::{DigitalSide, Feedback};
 
 use eft_core::{ControllerState, Mask, Real, SavedCalibration, Scalar};
 
-use crate::closed_loop::channel::RigChannel;
-use crate::closed_loop::channels::ChannelKind;
-use crate::closed_loop::controller::{Precision, RigController, adapts, parameters};
 use crate::closed_loop::digital_side::parts::{CellReading, Source};
 use crate::closed_loop::digital_side::valve_command::{learn, run_channels};
-use crate::closed_loop::estimates::{Estimates, InUse};
-use crate::closed_loop::external_controller::ExternalController;
-use crate::closed_loop::learning::LearningLanes;
-use crate::closed_loop::tick::DigitalOutput;
+use crate::closed_loop::{
+    ChannelKind, DigitalOutput, Estimates, ExternalController, InUse, LearningLanes, Precision, RigChannel,
+    RigController, adapts, parameters,
+};
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::instruments::{AnalogOutput, CommandDelay, Dac, DelayLines, Sensors};
 use crate::lanes::{Num, Work};
-use crate::plant::Analog;
-use crate::plant::Signals;
+use crate::plant::{Analog, Signals};
 
 /// Which copy of `sample` a digital side uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

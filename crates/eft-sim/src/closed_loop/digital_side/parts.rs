@@ -2,12 +2,10 @@
 
 use eft_core::{Calibration, Scalar};
 
-use crate::closed_loop::channel::RigChannel;
-use crate::closed_loop::channels::{ChannelKind, ChannelOutputs};
-use crate::closed_loop::controller::{Precision, RigController};
-use crate::closed_loop::estimates::InUse;
-use crate::closed_loop::external_controller::ExternalController;
-use crate::closed_loop::learning::LearningLanes;
+use crate::closed_loop::{
+    ChannelKind, ChannelOutputs, ExternalController, InUse, LearningLanes, Precision, RigChannel,
+    RigController,
+};
 use crate::config::Realization;
 use crate::instruments::{CommandDelay, Dac, DelayLines, Sensors};
 use crate::lanes::Num;

@@ -3,20 +3,14 @@
 
 use eft_core::{ControllerInput, ControllerOutput, ControllerState, Flags, Mask, Real, Scalar};
 
-use crate::closed_loop::channel::RigChannel;
 use crate::closed_loop::channels::{ChannelKind, ChannelOutputs, step_channels};
-use crate::closed_loop::controller::Precision;
 use crate::closed_loop::digital_side::drive::Outputs;
 use crate::closed_loop::digital_side::parts::{DigitalSide, Source};
-use crate::closed_loop::estimates::Estimates;
-use crate::closed_loop::external_controller::ExternalOutput;
-use crate::closed_loop::learning::LearningLanes;
 use crate::closed_loop::signals::{convert, convert_flags};
-use crate::closed_loop::tick::DigitalOutput;
+use crate::closed_loop::{DigitalOutput, Estimates, ExternalOutput, LearningLanes, Precision, RigChannel};
 use crate::instruments::DelayLines;
 use crate::lanes::{Num, WIDEST};
-use crate::plant::Driver;
-use crate::plant::Signals;
+use crate::plant::{Driver, Signals};
 
 /// The input of the controllers in their precision.
 #[inline(always)]

@@ -4,7 +4,7 @@ use super::{
     Actuator, Compensation, Controller, Dac, Limits, Protection, Sensors, Servovalve, Structure, Supply,
     Verdict,
 };
-use crate::config::calibrations::Calibrations;
+use crate::config::Calibrations;
 use crate::config::schema::Kind::Text;
 use crate::config::schema::Need::Optional;
 use crate::config::section::section;

@@ -13,13 +13,10 @@ use eft_core::Mask;
 
 use crate::config::{Realization, RigConfig};
 use crate::error::Result;
-use crate::lanes::Num;
-use crate::lanes::Work;
-use crate::plant::drive::{Analog, Drive, Held};
+use crate::lanes::{Num, Work};
 use crate::plant::fast::plain::PlainPlant;
 use crate::plant::fast::propagator::Propagator;
-use crate::plant::spool::Spool;
-use crate::plant::{ActuatorState, TimeGrid};
+use crate::plant::{ActuatorState, Analog, Drive, Held, Spool, TimeGrid};
 
 /// Runge–Kutta steps instead of one step in which the spool reaches or leaves a stop.
 const SUBSTEPS: u32 = 2;

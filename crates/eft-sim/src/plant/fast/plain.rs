@@ -5,15 +5,10 @@ use eft_core::Scalar;
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::lanes::Num;
-use crate::plant::Signals;
-use crate::plant::actuator::Actuator;
-use crate::plant::drive::{At, Drive, Valve};
-use crate::plant::load_flow::LoadFlow;
-use crate::plant::pilot_valve::PilotValve;
-use crate::plant::runge_kutta::{Equations, Stages, runge_kutta};
-use crate::plant::spool::Spool;
-use crate::plant::state::ActuatorState;
-use crate::plant::story::Story;
+use crate::plant::{
+    Actuator, ActuatorState, At, Drive, Equations, LoadFlow, PilotValve, Signals, Spool, Stages, Story,
+    Valve, runge_kutta,
+};
 
 /// The nonlinear terms of the plant's equations.
 #[derive(Debug, Clone, Copy)]

@@ -9,9 +9,8 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{SMatrix, SVector};
 
 use crate::lanes::Num;
-use crate::plant::drive::Drive;
 use crate::plant::fast::plain::{PlainPlant, Terms};
-use crate::plant::state::{ActuatorState, STATES};
+use crate::plant::{ActuatorState, Drive, STATES};
 
 /// State, and an input with its rate and half its second derivative.
 const AUGMENTED: usize = STATES + 3;
