@@ -6,8 +6,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use eft_core::{
-    Channel, Controller, Learner, Learning, Levels, Mode, Parameters, PlausibilityParameters,
-    ProtectionParameters, Real, Realization, Scalar, SignFrom, VelocitySource,
+    Channel, Controller, Learner, Learning, Levels, Parameters, PlausibilityParameters, ProtectionParameters,
+    Real, Realization, Scalar, VelocitySource,
 };
 
 use crate::config::TABLE_CAPACITY;
@@ -70,25 +70,15 @@ pub fn parameters(rig: &RigConfig, sample_rate: f64) -> Result<Parameters<'_>> {
     // With an analog controller the delay is before the valve command. With a digital one it is after the
     // channel's valve command, so the valve estimator sees it.
     let converter = match loop_.realization {
-        config::Realization::Analog => rig.dac.delay,
-        config::Realization::Digital => 0,
+        Realization::Analog => rig.dac.delay,
+        Realization::Digital => 0,
     };
     Ok(Parameters {
         sample_rate,
-        realization: match loop_.realization {
-            config::Realization::Analog => Realization::Analog,
-            config::Realization::Digital => Realization::Digital,
-        },
-        mode: match c.mode {
-            config::Mode::Off => Mode::Off,
-            config::Mode::Linear => Mode::Linear,
-            config::Mode::Nonlinear => Mode::Nonlinear,
-        },
+        realization: loop_.realization,
+        mode: c.mode,
         level: c.level,
-        sign_from: match c.sign_from {
-            config::SignFrom::Spool => SignFrom::Spool,
-            config::SignFrom::Demand => SignFrom::Demand,
-        },
+        sign_from: c.sign_from,
         piston_area: rig.actuator.piston_area,
         supply_pressure: rig.supply.pressure,
         supply_correction: c.supply_correction,

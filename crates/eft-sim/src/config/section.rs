@@ -9,6 +9,8 @@ use super::schema::Key;
 pub(super) trait Entry: Sized {
     /// The rows of the schema, in the order of written files, for a type that has them of its own.
     const KEYS: &'static [Key] = &[];
+    /// The words of a choice.
+    const WORDS: &'static [&'static str] = &[];
 
     /// Reads the value at a place; `None` if it is not a value of this type.
     fn read(place: Option<&Value>) -> Option<Self>;
@@ -39,65 +41,31 @@ impl<E: Entry> Entry for Option<E> {
     }
 }
 
-impl Entry for f64 {
-    fn read(place: Option<&Value>) -> Option<Self> {
-        place?.as_float()
-    }
+/// [`Entry`] for types that TOML has: how to read and write one.
+macro_rules! plain {
+    ($($kind:ty: $read:expr, $write:expr;)*) => {$(
+        impl Entry for $kind {
+            fn read(place: Option<&Value>) -> Option<Self> {
+                place.and_then($read)
+            }
 
-    fn write(&self) -> Option<Value> {
-        Some(Value::Float(*self))
-    }
+            fn write(&self) -> Option<Value> {
+                let write: fn(&Self) -> Value = $write;
+                Some(write(self))
+            }
+        }
+    )*};
 }
 
-impl Entry for bool {
-    fn read(place: Option<&Value>) -> Option<Self> {
-        place?.as_bool()
-    }
-
-    fn write(&self) -> Option<Value> {
-        Some(Value::Boolean(*self))
-    }
-}
-
-impl Entry for u32 {
-    fn read(place: Option<&Value>) -> Option<Self> {
-        place?.as_integer()?.try_into().ok()
-    }
-
-    fn write(&self) -> Option<Value> {
-        Some(Value::Integer((*self).into()))
-    }
-}
-
-impl Entry for u64 {
-    fn read(place: Option<&Value>) -> Option<Self> {
-        place?.as_integer()?.try_into().ok()
-    }
-
-    /// A number that TOML has no integer for becomes a float, which the schema refuses.
-    fn write(&self) -> Option<Value> {
-        Some(i64::try_from(*self).map_or(Value::Float(*self as f64), Value::Integer))
-    }
-}
-
-impl Entry for String {
-    fn read(place: Option<&Value>) -> Option<Self> {
-        place?.as_str().map(Self::from)
-    }
-
-    fn write(&self) -> Option<Value> {
-        Some(Value::String(self.clone()))
-    }
-}
-
-impl Entry for Vec<f64> {
-    fn read(place: Option<&Value>) -> Option<Self> {
-        place?.as_array()?.iter().map(Value::as_float).collect()
-    }
-
-    fn write(&self) -> Option<Value> {
-        Some(numbers(self))
-    }
+plain! {
+    f64: Value::as_float, |number| Value::Float(*number);
+    bool: Value::as_bool, |on| Value::Boolean(*on);
+    u32: |value| value.as_integer()?.try_into().ok(), |count| Value::Integer((*count).into());
+    // A number that TOML has no integer for becomes a float, which the schema refuses.
+    u64: |value| value.as_integer()?.try_into().ok(),
+        |seed| i64::try_from(*seed).map_or(Value::Float(*seed as f64), Value::Integer);
+    String: |value| value.as_str().map(Self::from), |text| Value::String(text.clone());
+    Vec<f64>: |value| value.as_array()?.iter().map(Value::as_float).collect(), |list| numbers(list);
 }
 
 impl<const N: usize> Entry for [f64; N] {
@@ -223,6 +191,29 @@ macro_rules! section {
     };
 }
 
+/// [`Entry`] for an enum whose variants are words of the configuration.
+macro_rules! words {
+    ($name:ident { $($variant:ident = $word:literal),* $(,)? }) => {
+        impl $crate::config::section::Entry for $name {
+            const WORDS: &'static [&'static str] = &[$($word),*];
+
+            fn read(place: Option<&toml::Value>) -> Option<Self> {
+                match place?.as_str()? {
+                    $($word => Some(Self::$variant),)*
+                    _ => None,
+                }
+            }
+
+            fn write(&self) -> Option<toml::Value> {
+                let word = match self {
+                    $(Self::$variant => $word,)*
+                };
+                Some(toml::Value::String(word.to_owned()))
+            }
+        }
+    };
+}
+
 /// An enum whose variants are words of the configuration.
 macro_rules! choice {
     ($(#[$about:meta])* pub enum $name:ident { $($(#[$doc:meta])* $variant:ident = $word:literal,)* }) => {
@@ -232,24 +223,8 @@ macro_rules! choice {
             $($(#[$doc])* $variant,)*
         }
 
-        impl $name {
-            /// All words, in the order of the variants.
-            pub const WORDS: &[&str] = &[$($word,)*];
-        }
-
-        impl $crate::config::section::Entry for $name {
-            fn read(place: Option<&toml::Value>) -> Option<Self> {
-                match place?.as_str()? {
-                    $($word => Some(Self::$variant),)*
-                    _ => None,
-                }
-            }
-
-            fn write(&self) -> Option<toml::Value> {
-                Some(toml::Value::String(Self::WORDS.get(*self as usize)?.to_string()))
-            }
-        }
+        $crate::config::section::words!($name { $($variant = $word),* });
     };
 }
 
-pub(super) use {choice, entry, in_unit, rows, section};
+pub(super) use {choice, entry, in_unit, rows, section, words};

@@ -3,7 +3,13 @@
 use crate::config::schema::Kind::{Bool, Choice, Float, Int};
 use crate::config::schema::Need::{Required, When};
 use crate::config::schema::{OFF, ON, float, int, word};
-use crate::config::section::{choice, section};
+use crate::config::section::{choice, section, words};
+
+pub use eft_core::{Mode, Realization, SignFrom};
+
+words!(Mode { Off = "off", Linear = "linear", Nonlinear = "nonlinear" });
+words!(Realization { Analog = "analog", Digital = "digital" });
+words!(SignFrom { Spool = "spool", Demand = "demand" });
 
 section! {
     /// `[controller]`: the servovalve controller, Eq. (1).
@@ -58,16 +64,6 @@ choice! {
     }
 }
 
-choice! {
-    /// Where the force loop runs.
-    pub enum Realization {
-        /// The loop runs in continuous time; only the compensation is sampled and held.
-        Analog = "analog",
-        /// The loop and the compensation are sampled; the valve command is held.
-        Digital = "digital",
-    }
-}
-
 section! {
     /// `[compensation]`: the velocity feedback compensation, Fig. 5 and Eq. (8).
     pub struct Compensation in "compensation." {
@@ -116,27 +112,5 @@ section! {
         shortest_delay: f64 = "", Float(0.01, 1.0), float(0.2), "shortest response delay that is learned, over `compensation.response_delay`";
         longest_delay: f64 = "", Float(1.0, 100.0), float(4.0), "longest response delay that is learned, over `compensation.response_delay`";
         age_limit: f64 = "s", Float(0.02, 1e3), float(1.0), "age after which the calibration in use has expired: a flag is raised, and a protection trips";
-    }
-}
-
-choice! {
-    /// The compensation scheme.
-    pub enum Mode {
-        /// No velocity feedback.
-        Off = "off",
-        /// Constant flow gain `K_v`.
-        Linear = "linear",
-        /// Inverse flow curve with load-pressure correction.
-        Nonlinear = "nonlinear",
-    }
-}
-
-choice! {
-    /// Which signal gives the sign of the load-pressure term.
-    pub enum SignFrom {
-        /// The measured spool opening, as in the paper.
-        Spool = "spool",
-        /// The demanded flow, which does not chatter at null.
-        Demand = "demand",
     }
 }
