@@ -13,7 +13,9 @@ use crate::metrics::{BLOCK, Norms, Summed, Sums};
 /// One actuator, or one floor of buildings, of every lane.
 pub(super) struct Floor<S: Num> {
     norms: Norms<S>,
-    extremes: Extremes<S>,
+    /// Largest spool opening (1) and smallest supply pressure (Pa).
+    max_spool: S,
+    min_supply_pressure: S,
     drift: S,
     /// Whether the supply pressure of any test varies.
     supply_varies: bool,
@@ -21,6 +23,8 @@ pub(super) struct Floor<S: Num> {
     learns: bool,
     estimates: InUse<S>,
     status: S::Flags,
+    /// The tick of the block from which on the next ticks are recorded.
+    done: usize,
     /// Forces (N) and displacements (m) of one block.
     forces: Vec<S>,
     displacements: Vec<S>,
@@ -32,31 +36,26 @@ pub(super) struct Floor<S: Num> {
     whole: Vec<[Vec<f64>; 2]>,
 }
 
-/// The largest spool opening (1) and the smallest supply pressure (Pa).
-#[derive(Debug, Clone, Copy)]
-struct Extremes<S> {
-    spool: S,
-    supply_pressure: S,
-}
-
 impl<S: Num> Floor<S> {
     pub(super) fn new(tests: &[Test<'_>], samples: usize, options: &BatchOptions) -> Self {
         let zero = S::splat(0.0);
         let supply_varies = tests.iter().any(|test| supply_varies(test.rig));
         let pressure = |lane: usize| tests[lane.min(tests.len() - 1)].rig.plant().supply.pressure;
-        let supply_pressure = if supply_varies { S::splat(f64::INFINITY) } else { S::from_lanes(pressure) };
+        let highest = S::splat(f64::INFINITY);
         let whole = if options.fft && !options.traces { tests.len() } else { 0 };
         let kept = if options.traces { tests } else { &[] };
         let run =
             |test: &Test<'_>| Some(TestRun::with_capacity(test.rig, test.commands[0].sample_rate, samples));
         Self {
             norms: Norms::new(),
-            extremes: Extremes { spool: zero, supply_pressure },
+            max_spool: zero,
+            min_supply_pressure: if supply_varies { highest } else { S::from_lanes(pressure) },
             drift: zero,
             supply_varies,
             learns: tests.iter().any(|test| adapts(test.rig)),
             estimates: InUse::none(),
             status: S::Flags::default(),
+            done: 0,
             forces: vec![zero; BLOCK],
             displacements: vec![zero; BLOCK],
             runs: kept.iter().map(run).collect(),
@@ -65,18 +64,9 @@ impl<S: Num> Floor<S> {
         }
     }
 
-    /// The recorder for the next ticks of a block, from tick `done` on.
-    pub(super) fn recorder(&mut self, done: usize) -> FloorRecorder<'_, S> {
-        FloorRecorder {
-            forces: &mut self.forces[done..],
-            displacements: &mut self.displacements[done..],
-            extremes: &mut self.extremes,
-            supply_varies: self.supply_varies,
-            learns: self.learns,
-            estimates: &mut self.estimates,
-            status: &mut self.status,
-            block: self.block.as_deref_mut(),
-        }
+    /// Lets the next ticks of a block follow its first `done`.
+    pub(super) fn go_on_after(&mut self, done: usize) {
+        self.done = done;
     }
 
     /// Moves the first recorded ticks into the tests' traces.
@@ -105,31 +95,19 @@ impl<S: Num> Floor<S> {
     }
 }
 
-/// Records the ticks of every lane.
-pub(super) struct FloorRecorder<'a, S: Num> {
-    forces: &'a mut [S],
-    displacements: &'a mut [S],
-    extremes: &'a mut Extremes<S>,
-    supply_varies: bool,
-    learns: bool,
-    estimates: &'a mut InUse<S>,
-    status: &'a mut S::Flags,
-    block: Option<&'a mut Block<S>>,
-}
-
-impl<S: Num> Recorder<S> for FloorRecorder<'_, S> {
+impl<S: Num> Recorder<S> for Floor<S> {
     #[inline(always)]
     fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>) {
-        self.forces[i] = tick.force;
-        self.displacements[i] = tick.plant.displacement;
-        self.extremes.spool = tick.plant.spool.abs().larger(self.extremes.spool);
+        self.forces[self.done + i] = tick.force;
+        self.displacements[self.done + i] = tick.plant.displacement;
+        self.max_spool = tick.plant.spool.abs().larger(self.max_spool);
         if self.supply_varies {
-            self.extremes.supply_pressure = tick.supply_pressure.smaller(self.extremes.supply_pressure);
+            self.min_supply_pressure = tick.supply_pressure.smaller(self.min_supply_pressure);
         }
         if self.learns && estimates.changes != self.estimates.changes {
-            *self.estimates = *estimates;
+            self.estimates = *estimates;
         }
-        *self.status = *self.status | tick.status;
+        self.status = self.status | tick.status;
         if let Some(block) = &mut self.block {
             block.record(i, tick, estimates);
         }
@@ -202,9 +180,9 @@ impl Ended {
                 samples: norms.samples(),
                 sums: Sums {
                     norms,
-                    max_spool: floor.extremes.spool.lane(lane),
+                    max_spool: floor.max_spool.lane(lane),
                     drift,
-                    min_supply_pressure: floor.extremes.supply_pressure.lane(lane),
+                    min_supply_pressure: floor.min_supply_pressure.lane(lane),
                 },
                 estimates: floor.estimates.estimates.lane(lane),
                 status: floor.status.lane(lane),

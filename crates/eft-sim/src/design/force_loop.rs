@@ -1,5 +1,5 @@
 //! The robust force loop: the paper's controller, Eq. (1), with an integral part. Its gains keep the oil
-//! column damped on the given rig and on all rigs that deviate from it by [`Deviation`].
+//! column damped on the given rig and on all rigs that deviate from it by [`Deviations`].
 //!
 //! For each `T_D = G_d/G_p`, `G_p` is the largest that all deviating rigs allow. The chosen `T_D` has the
 //! lowest peak of the sensitivity `|1/(1 + L)|`.
@@ -32,18 +32,13 @@ const INTEGRAL_TIMES: [f64; 4] = [1.75, 3.5, 7.0, 14.0];
 /// undamped.
 const LONGEST_DELAY: u32 = 16;
 /// Simultaneous deviations of a rig from the one that the loop is designed for.
-pub(super) struct Deviation {
-    pub(super) oil_stiffness: f64,
-    pub(super) pilot_time_constant: f64,
+pub(super) struct Deviations {
+    pub(super) oil_stiffness: [f64; 2],
+    pub(super) pilot_time_constant: [f64; 2],
 }
 
 /// The extremes of the study of random rigs. Flow gain and delay have their worst values in all four.
-const DEVIATIONS: [Deviation; 4] = [
-    Deviation { oil_stiffness: 1.5, pilot_time_constant: 2.0 },
-    Deviation { oil_stiffness: 1.5, pilot_time_constant: 0.5 },
-    Deviation { oil_stiffness: 0.6, pilot_time_constant: 2.0 },
-    Deviation { oil_stiffness: 0.6, pilot_time_constant: 0.5 },
-];
+const DEVIATIONS: Deviations = Deviations { oil_stiffness: [1.5, 0.6], pilot_time_constant: [2.0, 0.5] };
 const FLOW_GAIN: f64 = 1.1;
 /// Further delay: samples of a computation, and seconds of a late load cell, which are at most so many samples.
 const FURTHER_SAMPLES: u32 = 2;
@@ -88,11 +83,16 @@ pub(super) fn refuse_long_delay(keys: &str, samples: u32, longest: u32) -> Resul
 }
 
 /// The deviating rigs, sampled.
-pub(super) fn corners(plant: &HeldPiston, deviations: &[Deviation]) -> Vec<Sampled> {
-    let of = |plant: HeldPiston| {
-        deviations.iter().map(move |off| plant.deviating(off).sampled()).collect::<Vec<_>>()
-    };
-    plant.slopes().flat_map(of).collect()
+pub(super) fn corners(plant: &HeldPiston, deviations: &Deviations) -> Vec<Sampled> {
+    let mut corners = Vec::new();
+    for plant in plant.slopes() {
+        for oil_stiffness in deviations.oil_stiffness {
+            let off =
+                deviations.pilot_time_constant.map(|time| plant.deviating(oil_stiffness, time).sampled());
+            corners.extend(off);
+        }
+    }
+    corners
 }
 
 /// Designs the loop of a rig without a known latency, which takes tens of milliseconds.
@@ -296,10 +296,10 @@ impl HeldPiston {
         FURTHER_SAMPLES + libm::round(LATENCY * self.sample_rate).min(LATENCY_SAMPLES) as u32
     }
 
-    fn deviating(&self, off: &Deviation) -> Self {
+    fn deviating(&self, oil_stiffness: f64, pilot_time_constant: f64) -> Self {
         Self {
-            compressibility: self.compressibility / off.oil_stiffness,
-            pilot_time_constant: self.pilot_time_constant * off.pilot_time_constant,
+            compressibility: self.compressibility / oil_stiffness,
+            pilot_time_constant: self.pilot_time_constant * pilot_time_constant,
             flow_gain: self.flow_gain * FLOW_GAIN,
             // A known latency replaces what is not known if it is longer.
             delay: self.samples().max(self.delay + self.unknown_delay()),

@@ -74,8 +74,8 @@ fn from_words(lanes: [u64; 8]) -> [__m256d; 2] {
 }
 
 macro_rules! lanewise {
-    ($($trait:ident $method:ident $intrinsic:ident),*) => {$(
-        impl $trait for Eight {
+    ($($number:ident: $trait:ident $method:ident $intrinsic:ident),*) => {$(
+        impl $trait for $number {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -84,7 +84,10 @@ macro_rules! lanewise {
         }
     )*};
 }
-lanewise!(Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
+lanewise!(Eight: Add add _mm256_add_pd, Eight: Sub sub _mm256_sub_pd);
+lanewise!(Eight: Mul mul _mm256_mul_pd, Eight: Div div _mm256_div_pd);
+lanewise!(EightMask: BitAnd bitand _mm256_and_pd, EightMask: BitOr bitor _mm256_or_pd);
+lanewise!(EightFlags: BitOr bitor _mm256_or_pd);
 
 impl Num for Eight {
     #[inline(always)]
@@ -117,20 +120,6 @@ eight!();
 impl PartialEq for EightMask {
     fn eq(&self, other: &Self) -> bool {
         words(self.0) == words(other.0)
-    }
-}
-impl BitAnd for EightMask {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        Self(both!(|i| avx2!(_mm256_and_pd(self.0[i], other.0[i]))))
-    }
-}
-impl BitOr for EightMask {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(both!(|i| avx2!(_mm256_or_pd(self.0[i], other.0[i]))))
     }
 }
 impl Not for EightMask {
@@ -168,13 +157,6 @@ impl Default for EightFlags {
     #[inline(always)]
     fn default() -> Self {
         Self(from_words([0; 8]))
-    }
-}
-impl BitOr for EightFlags {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(both!(|i| avx2!(_mm256_or_pd(self.0[i], other.0[i]))))
     }
 }
 impl Flags for EightFlags {

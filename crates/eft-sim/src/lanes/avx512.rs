@@ -51,8 +51,8 @@ fn words(flags: __m256i) -> [u32; 8] {
 }
 
 macro_rules! lanewise {
-    ($($trait:ident $method:ident $intrinsic:ident),*) => {$(
-        impl $trait for Eight {
+    ($($number:ident: $trait:ident $method:ident $intrinsic:ident),*) => {$(
+        impl $trait for $number {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -61,7 +61,9 @@ macro_rules! lanewise {
         }
     )*};
 }
-lanewise!(Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
+lanewise!(Eight: Add add _mm512_add_pd, Eight: Sub sub _mm512_sub_pd);
+lanewise!(Eight: Mul mul _mm512_mul_pd, Eight: Div div _mm512_div_pd);
+lanewise!(EightFlags: BitOr bitor _mm256_or_si256);
 
 impl Num for Eight {
     #[inline(always)]
@@ -133,13 +135,6 @@ impl Default for EightFlags {
     #[inline(always)]
     fn default() -> Self {
         Self(avx512!(_mm256_setzero_si256()))
-    }
-}
-impl BitOr for EightFlags {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(avx512!(_mm256_or_si256(self.0, other.0)))
     }
 }
 impl Flags for EightFlags {

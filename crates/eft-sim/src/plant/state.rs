@@ -46,13 +46,7 @@ impl<S: Num> ActuatorState<S> {
     /// `yes` in lanes where the mask is true, `no` in the others.
     #[inline(always)]
     pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
-        Self {
-            pilot_flow: S::select(mask, yes.pilot_flow, no.pilot_flow),
-            spool: S::select(mask, yes.spool, no.spool),
-            load_pressure: S::select(mask, yes.load_pressure, no.load_pressure),
-            displacement: S::select(mask, yes.displacement, no.displacement),
-            velocity: S::select(mask, yes.velocity, no.velocity),
-        }
+        yes.zip(no, |yes, no| S::select(mask, yes, no))
     }
 
     /// `self + rate·step`, each rounded once.

@@ -125,9 +125,9 @@ fn a_loop_is_designed_for_an_actuator_with_little_leakage() {
 fn a_high_sample_rate_takes_no_longer() {
     // Each sample of delay is a state, and the poles of hundreds of states take minutes.
     let fast = HeldPiston { sample_rate: 1e6, ..zhao2005() };
-    let corner = fast.deviating(&DEVIATIONS[0]);
+    let corner = fast.deviating(DEVIATIONS.oil_stiffness[0], DEVIATIONS.pilot_time_constant[0]);
     assert_eq!(corner.samples(), FURTHER_SAMPLES + 14);
-    let usual = zhao2005().deviating(&DEVIATIONS[0]);
+    let usual = zhao2005().deviating(DEVIATIONS.oil_stiffness[0], DEVIATIONS.pilot_time_constant[0]);
     assert_eq!(usual.samples(), FURTHER_SAMPLES + 2);
 }
 
