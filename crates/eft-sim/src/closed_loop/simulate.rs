@@ -67,8 +67,15 @@ impl Default for SimulateOptions {
     }
 }
 
-/// What replaces the rig's controller, and its structure.
-type Replaced = (Option<ExternalController>, Option<Specimen>);
+/// A test, with an external controller and an external structure if they replace the rig's own.
+struct Asked<'a> {
+    rig: &'a RigConfig,
+    commands: &'a [Command],
+    options: &'a SimulateOptions,
+    controller: Option<ExternalController>,
+    specimen: Option<Specimen>,
+}
+
 /// Whether to go on, from the ticks done and all.
 type GoOn<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
 
@@ -106,7 +113,7 @@ pub fn simulate_actuators<P: Precision>(
     options: &SimulateOptions,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    in_width(P::WIDTH, rig, commands, options, (None, None), &mut go_on)
+    in_width(P::WIDTH, Asked { rig, commands, options, controller: None, specimen: None }, &mut go_on)
 }
 
 /// As [`simulate_actuators`] with an external structure instead of the rig's own. If it cannot continue, the
@@ -121,7 +128,8 @@ pub fn simulate_specimen<P: Precision>(
     options: &SimulateOptions,
     mut go_on: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    in_width(P::WIDTH, rig, commands, options, (None, Some(specimen)), &mut go_on)
+    let asked = Asked { rig, commands, options, controller: None, specimen: Some(specimen) };
+    in_width(P::WIDTH, asked, &mut go_on)
 }
 
 /// As [`simulate`] in single precision, with an external controller instead of the rig's own, and optionally
@@ -136,44 +144,25 @@ pub(crate) fn simulate_controlled(
 ) -> Result<TestRun> {
     one_actuator(rig)?;
     let commands = std::slice::from_ref(command);
-    let replaced = (Some(controller), specimen);
-    Ok(in_width(Width::Single, rig, commands, options, replaced, &mut go_on)?.swap_remove(0))
+    let asked = Asked { rig, commands, options, controller: Some(controller), specimen };
+    Ok(in_width(Width::Single, asked, &mut go_on)?.swap_remove(0))
 }
 
 // Inlined, so that a program with one precision contains one. The test in each is compiled here once.
 #[inline(always)]
-fn in_width(
-    width: Width,
-    rig: &RigConfig,
-    commands: &[Command],
-    options: &SimulateOptions,
-    replaced: Replaced,
-    go_on: GoOn<'_>,
-) -> Result<Vec<TestRun>> {
+fn in_width(width: Width, asked: Asked<'_>, go_on: GoOn<'_>) -> Result<Vec<TestRun>> {
     match width {
-        Width::Single => in_single(rig, commands, options, replaced, go_on),
-        Width::Double => in_double(rig, commands, options, replaced, go_on),
+        Width::Single => in_single(asked, go_on),
+        Width::Double => in_double(asked, go_on),
     }
 }
 
-fn in_single(
-    rig: &RigConfig,
-    commands: &[Command],
-    options: &SimulateOptions,
-    replaced: Replaced,
-    go_on: GoOn<'_>,
-) -> Result<Vec<TestRun>> {
-    through::<f32>(rig, commands, options, replaced, go_on)
+fn in_single(asked: Asked<'_>, go_on: GoOn<'_>) -> Result<Vec<TestRun>> {
+    through::<f32>(asked, go_on)
 }
 
-fn in_double(
-    rig: &RigConfig,
-    commands: &[Command],
-    options: &SimulateOptions,
-    replaced: Replaced,
-    go_on: GoOn<'_>,
-) -> Result<Vec<TestRun>> {
-    through::<f64>(rig, commands, options, replaced, go_on)
+fn in_double(asked: Asked<'_>, go_on: GoOn<'_>) -> Result<Vec<TestRun>> {
+    through::<f64>(asked, go_on)
 }
 
 /// A test of the paper's plant whose digital side is the channel and the learner of the firmware: what tests hold
@@ -277,13 +266,8 @@ pub(crate) fn soft_end(rig: &RigConfig, sample_rate: f64, total: usize) -> Optio
         .then(|| total.saturating_sub(soft_end_ticks(rig, sample_rate)))
 }
 
-fn through<P: Precision>(
-    rig: &RigConfig,
-    commands: &[Command],
-    options: &SimulateOptions,
-    (controller, specimen): Replaced,
-    go_on: GoOn<'_>,
-) -> Result<Vec<TestRun>> {
+fn through<P: Precision>(asked: Asked<'_>, go_on: GoOn<'_>) -> Result<Vec<TestRun>> {
+    let Asked { rig, commands, options, controller, specimen } = asked;
     let (sample_rate, _) = check_commands(rig, commands)?;
     let grid = options.grid(rig, sample_rate)?;
     let detailed = needs_detail(rig) || commands.len() > 1;

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::f64::consts::{FRAC_2_PI, TAU};
 
-use super::{FlowCurve, ForceLoop, GivenForceLoop, MotionAt, Realization, RigConfig, RigValues};
+use super::{Controller, FlowCurve, ForceLoop, MotionAt, Realization, RigConfig, RigValues};
 use crate::checks;
 use crate::design::{self, HeldPiston};
 use crate::error::Result;
@@ -22,6 +22,16 @@ pub(crate) struct AtRest {
     pub(crate) beyond: f64,
     /// Leakage (m³/(s·Pa)) through the ports that an underlap leaves open.
     pub(crate) leakage: f64,
+}
+
+impl Controller {
+    fn gains(&self) -> [f64; 3] {
+        [self.proportional_gain, self.derivative_gain, self.integral_gain]
+    }
+
+    fn gains_mut(&mut self) -> [&mut f64; 3] {
+        [&mut self.proportional_gain, &mut self.derivative_gain, &mut self.integral_gain]
+    }
 }
 
 impl RigConfig {
@@ -108,17 +118,11 @@ impl RigConfig {
     pub(super) fn design_force_loop(&mut self, sample_rate: f64) -> Result<()> {
         let designed = self.designed_force_loop(sample_rate)?;
         let given = &self.values.controller;
-        self.given.get_or_insert(GivenForceLoop {
-            proportional_gain: given.proportional_gain,
-            derivative_gain: given.derivative_gain,
-            integral_gain: given.integral_gain,
-            realization: given.realization,
-        });
+        self.given.get_or_insert((given.gains(), given.realization));
+        let gains = [designed.proportional_gain, designed.derivative_gain, designed.integral_gain];
         let plant = self.truth.as_mut().map(|truth| &mut truth.plant.values);
         for values in [Some(&mut self.values), plant].into_iter().flatten() {
-            values.controller.proportional_gain = designed.proportional_gain;
-            values.controller.derivative_gain = designed.derivative_gain;
-            values.controller.integral_gain = designed.integral_gain;
+            values.controller.gains_mut().into_iter().zip(gains).for_each(|(own, gain)| *own = gain);
             values.controller.realization = Realization::Digital;
         }
         Ok(())
@@ -154,19 +158,14 @@ impl RigConfig {
     /// gains.
     pub(super) fn as_given(&self, values: &RigValues) -> RigValues {
         let mut values = values.clone();
-        if let Some(given) = &self.given {
+        if let Some((given, realization)) = self.given {
             let (controller, designed) = (&mut values.controller, &self.values.controller);
-            if controller.proportional_gain == designed.proportional_gain {
-                controller.proportional_gain = given.proportional_gain;
-            }
-            if controller.derivative_gain == designed.derivative_gain {
-                controller.derivative_gain = given.derivative_gain;
-            }
-            if controller.integral_gain == designed.integral_gain {
-                controller.integral_gain = given.integral_gain;
+            let both = designed.gains().into_iter().zip(given);
+            for (own, (designed, given)) in controller.gains_mut().into_iter().zip(both) {
+                *own = if *own == designed { given } else { *own };
             }
             if controller.realization == designed.realization {
-                controller.realization = given.realization;
+                controller.realization = realization;
             }
         }
         values

@@ -51,20 +51,11 @@ use crate::{Error, Result};
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigConfig {
     values: RigValues,
-    /// The configured gains that a designed force loop replaces.
-    given: Option<GivenForceLoop>,
+    /// The configured gains and realization that a designed force loop replaces.
+    given: Option<([f64; 3], Realization)>,
     /// The flow curve of the areas and the underlap that the controller knows, where it is not the flow table.
     inverted: Option<FlowCurve>,
     truth: Option<Box<Truth>>,
-}
-
-/// The configured force loop, if a designed one is in use.
-#[derive(Clone, Debug, PartialEq)]
-struct GivenForceLoop {
-    proportional_gain: f64,
-    derivative_gain: f64,
-    integral_gain: f64,
-    realization: Realization,
 }
 
 /// Differences of the true plant from the configured one.
