@@ -2,7 +2,7 @@
 
 use crate::checks;
 use crate::config::RigConfig;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::plant::{ActuatorState, EnergyBalance, recorded_balance};
 
 /// The traces of one actuator that an energy balance needs, with one value per tick.
@@ -31,9 +31,7 @@ pub fn energy_of_traces(
     traces: &EnergyTraces<'_>,
 ) -> Result<Option<EnergyBalance>> {
     let EnergyTraces { displacement, velocity, spool, load_pressure } = *traces;
-    if !(sample_rate > 0.0 && sample_rate.is_finite()) {
-        return Err(Error::value("sample_rate", sample_rate, "must be positive and finite, in Hz"));
-    }
+    checks::positive("sample_rate", sample_rate, "Hz")?;
     let total = displacement.len();
     for (name, trace) in [("velocity", velocity), ("spool", spool), ("load_pressure", load_pressure)] {
         let allowed = format!("must have {total}, as the displacement");

@@ -61,9 +61,7 @@ pub(super) fn accepted(given: &Table) -> Result<Table> {
                 tree::set(&mut accepted, &key, calibrations(each)?)?;
             }
             None if tree::is_section(&key) => {
-                if !value.is_table() {
-                    return Err(Error::value(&key, show(value), "must be a section"));
-                }
+                checks::require(value.is_table(), &key, show(value), "must be a section")?;
             }
             None => return Err(refused(&key, value)),
         }
@@ -125,10 +123,9 @@ fn kind(rig: &Table) -> &str {
 fn same_actuators(believed: &Table, plant: &Table) -> Result<()> {
     const MASSES: &str = "structure.stories.masses";
     let is_building = |rig: &Table| kind(rig) == "shear_building";
-    if is_building(believed) != is_building(plant) {
-        let allowed = format!("must leave the number of actuators: `{KIND}` is \"{}\"", kind(believed));
-        return Err(Error::value(KIND, format!("\"{}\"", kind(plant)), allowed));
-    }
+    let allowed = format!("must leave the number of actuators: `{KIND}` is \"{}\"", kind(believed));
+    let same = is_building(believed) == is_building(plant);
+    checks::require(same, KIND, format!("\"{}\"", kind(plant)), allowed)?;
     let [stories, true_stories] = [believed, plant].map(|rig| list(rig, MASSES));
     if is_building(plant) { as_many((MASSES, &true_stories), (MASSES, &stories)) } else { Ok(()) }
 }
@@ -199,25 +196,11 @@ fn flow_table(whole: &Table, section: &str) -> Result<()> {
     let Some(zero) = openings.iter().position(|opening| *opening == 0.0) else {
         return Err(Error::value(openings_key, "no point at 0", "must contain the point (0, 0)"));
     };
-    match flows.get(zero) {
-        Some(flow) if *flow != 0.0 => {
-            return Err(Error::value(
-                &format!("{flows_key}[{zero}]"),
-                Short(*flow),
-                "must be 0, the flow at opening 0",
-            ));
-        }
-        _ => {}
-    }
-    if zero == 0 || zero + 1 == openings.len() {
-        let side = if zero == 0 { "nothing below opening 0" } else { "nothing above opening 0" };
-        return Err(Error::value(
-            openings_key,
-            side,
-            "must have points on both sides of 0, one for each direction of flow",
-        ));
-    }
-    Ok(())
+    let (key, flow) = (format!("{flows_key}[{zero}]"), flows[zero]);
+    checks::require(flow == 0.0, &key, Short(flow), "must be 0, the flow at opening 0")?;
+    let side = if zero == 0 { "nothing below opening 0" } else { "nothing above opening 0" };
+    let allowed = "must have points on both sides of 0, one for each direction of flow";
+    checks::require(zero > 0 && zero + 1 < openings.len(), openings_key, side, allowed)
 }
 
 /// Checks the supply's schedule: as many pressures as times, the times strictly increasing.

@@ -7,6 +7,7 @@
 mod margins;
 
 use super::held_piston::{Gains, HeldPiston, Sampled};
+use crate::checks;
 use crate::error::{Error, Result};
 use crate::state_space::StateSpace;
 
@@ -75,11 +76,8 @@ pub struct ForceLoopMargins {
 
 /// Refuses delays of the loop (samples) above a longest one, by the keys that state them.
 pub(super) fn refuse_long_delay(keys: &str, samples: u32, longest: u32) -> Result<()> {
-    if samples > longest {
-        let allowed = format!("a robust force loop is designed for at most {longest} samples");
-        return Err(Error::value(keys, samples, allowed));
-    }
-    Ok(())
+    let allowed = format!("a robust force loop is designed for at most {longest} samples");
+    checks::require(samples <= longest, keys, samples, allowed)
 }
 
 /// The deviating rigs, sampled.

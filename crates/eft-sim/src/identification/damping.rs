@@ -73,14 +73,8 @@ pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<Dampin
     };
     let cube = natural.powi(3);
     Ok(DampingEstimate {
-        ratio: Estimate {
-            value: sigma / natural,
-            uncertainty: of(damped * damped / cube, -sigma * damped / cube),
-        },
-        frequency: Estimate {
-            value: natural / TAU,
-            uncertainty: of(sigma / natural, damped / natural) / TAU,
-        },
+        ratio: Estimate::new(sigma / natural, of(damped * damped / cube, -sigma * damped / cube)),
+        frequency: Estimate::new(natural / TAU, of(sigma / natural, damped / natural) / TAU),
         decrement: TAU * sigma / damped,
     })
 }

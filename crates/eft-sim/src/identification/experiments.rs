@@ -118,15 +118,10 @@ pub fn flow_test(
         let error = per_metre * (command - state.displacement);
         plant.advance(&[Driver::held(error)], grid);
     }
-    if test.displacement.iter().all(|x| x.is_finite()) {
-        Ok(test)
-    } else {
-        Err(Error::value(
-            "piston_mass",
-            piston_mass,
-            "must be large enough for the integration: the motion has no end",
-        ))
-    }
+    let finite = test.displacement.iter().all(|x| x.is_finite());
+    let allowed = "must be large enough for the integration: the motion has no end";
+    checks::require(finite, "piston_mass", piston_mass, allowed)?;
+    Ok(test)
 }
 
 /// Displacement (m) of the rig's structure released from a displacement (m), disconnected from the actuator.
@@ -143,8 +138,8 @@ pub fn free_vibration(rig: &RigConfig, from: f64, duration: f64, sample_rate: f6
     let grid = SimulateOptions::default().grid(rig, sample_rate).map_err(too_slow)?;
     let mut responses = motions(rig, &start, samples, grid, |_, _| [0.0; 2])?;
     let displacement = responses.swap_remove(0).displacement;
-    if displacement.iter().all(|x| x.is_finite()) {
-        return Ok(displacement);
-    }
-    Err(Error::value("displacement", Short(from), "must be smaller: the motion is beyond double precision"))
+    let finite = displacement.iter().all(|x| x.is_finite());
+    let allowed = "must be smaller: the motion is beyond double precision";
+    checks::require(finite, "displacement", Short(from), allowed)?;
+    Ok(displacement)
 }

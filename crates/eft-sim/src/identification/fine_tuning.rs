@@ -126,11 +126,11 @@ pub fn fine_tune(
     let level = rig.compensation.level / fit.gain;
     let [natural_frequency, force_ratio, peak, valley] = spectra.look(&bins, width);
     Ok(FineTuning {
-        level: Estimate { value: level, uncertainty: level * fit.gain_spread / fit.gain },
-        response_delay: Estimate {
-            value: (rig.compensation.response_delay + fit.delay).max(0.0),
-            uncertainty: fit.delay_spread,
-        },
+        level: Estimate::new(level, level * fit.gain_spread / fit.gain),
+        response_delay: Estimate::new(
+            (rig.compensation.response_delay + fit.delay).max(0.0),
+            fit.delay_spread,
+        ),
         natural_frequency,
         force_ratio,
         peak,

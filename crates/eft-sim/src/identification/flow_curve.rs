@@ -359,7 +359,7 @@ impl Fit {
         check_rise(&openings, &flows)?;
         for k in (0..flows.len()).filter(|k| measured[*k] && *k != zero) {
             let name = format!("flow at the opening {:.3}", openings[k]);
-            check_known(&name, Estimate { value: flows[k].abs(), uncertainty: uncertainty[k] })?;
+            check_known(&name, Estimate::new(flows[k].abs(), uncertainty[k]))?;
         }
         Ok(FlowCurveEstimate { openings, flows, uncertainty, measured })
     }

@@ -95,11 +95,9 @@ pub fn identify_force_loop(
     let [spool_delay, response_delay, pilot_time_constant] =
         of_spool(rig, valve_command, signals.spool, sample_rate)?;
     let [.., oil, _, late] = FlowBalance::new(rig, signals, sample_rate, OIL_BAND)?.fitted::<6>()?;
-    let behind = Estimate { value: late.value / oil.value, uncertainty: late.uncertainty / oil.value.abs() };
-    let force_delay = Estimate {
-        value: spool_delay.value + behind.value,
-        uncertainty: spool_delay.uncertainty.hypot(behind.uncertainty),
-    };
+    let behind = Estimate::new(late.value / oil.value, late.uncertainty / oil.value.abs());
+    let force_delay =
+        Estimate::new(spool_delay.value + behind.value, spool_delay.uncertainty.hypot(behind.uncertainty));
     let compressibility = oil.times(rig.actuator.compressibility);
     let attached = rig.measured_compressibility() - rig.actuator.compressibility;
     if compressibility.value <= attached {
@@ -178,7 +176,7 @@ fn of_spool(
     if !(values[0].abs() < 0.1 && values[1..].iter().all(|&time| time > 0.0 && time < 0.1)) {
         return Err(refused());
     }
-    Ok(std::array::from_fn(|i| Estimate { value: values[i], uncertainty: uncertainty[i] }))
+    Ok(std::array::from_fn(|i| Estimate::new(values[i], uncertainty[i])))
 }
 
 /// Frequency (Hz), spool over valve command (1/V), and weight, by Welch's means over halfway overlapping parts.

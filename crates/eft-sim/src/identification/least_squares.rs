@@ -41,6 +41,6 @@ pub(super) fn least_squares<const N: usize>(
     }
     spread += sum * sum.transpose();
     let covariance = inverse * spread * inverse;
-    let estimate = |i| Estimate { value: found[i], uncertainty: covariance[(i, i)].max(0.0).sqrt() };
+    let estimate = |i| Estimate::new(found[i], covariance[(i, i)].max(0.0).sqrt());
     found.iter().all(|one| one.is_finite()).then(|| std::array::from_fn(estimate))
 }

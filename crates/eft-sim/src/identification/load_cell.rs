@@ -98,10 +98,7 @@ pub fn identify_load_cell(
     })?;
     let shifted =
         ratio("displacement", &displacement, width, MOTION_BAND, |k, s| [velocity[k] / s, s, s.inv()])?;
-    let inverse = |one: Estimate| Estimate {
-        value: 1.0 / one.value,
-        uncertainty: one.uncertainty / (one.value * one.value),
-    };
+    let inverse = |one: Estimate| Estimate::new(1.0 / one.value, one.uncertainty / (one.value * one.value));
     let (force_over_velocity, velocity_over_displacement) = (inverse(moved), inverse(shifted));
     let gain =
         most_likely(force_over_velocity, velocity_over_displacement, gain_uncertainty, mass_uncertainty);

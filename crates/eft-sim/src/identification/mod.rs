@@ -42,8 +42,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    fn new(value: f64, uncertainty: f64) -> Self {
+        Self { value, uncertainty }
+    }
+
     /// The same in another unit, by a positive factor.
     fn times(self, factor: f64) -> Self {
-        Self { value: factor * self.value, uncertainty: factor * self.uncertainty }
+        Self::new(factor * self.value, factor * self.uncertainty)
     }
 }

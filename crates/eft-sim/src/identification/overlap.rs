@@ -57,15 +57,12 @@ pub fn identify_overlap(
     })?;
     let combined = |weights: [f64; 2]| {
         let weights = Vector4::new(weights[0], weights[1], 0.0, 0.0);
-        Estimate {
-            value: weights[0] * knees[0] + weights[1] * knees[1],
-            uncertainty: (covariance * weights).dot(&weights).max(0.0).sqrt(),
-        }
+        Estimate::new(
+            weights[0] * knees[0] + weights[1] * knees[1],
+            (covariance * weights).dot(&weights).max(0.0).sqrt(),
+        )
     };
-    let slope = |side: usize| Estimate {
-        value: slopes[side],
-        uncertainty: covariance[(2 + side, 2 + side)].max(0.0).sqrt(),
-    };
+    let slope = |side: usize| Estimate::new(slopes[side], covariance[(2 + side, 2 + side)].max(0.0).sqrt());
     Ok(OverlapEstimate {
         overlap: combined([-0.5, 0.5]),
         null_bias: combined([0.5, 0.5]),

@@ -78,10 +78,8 @@ pub(crate) fn exportable(rig: &RigConfig) -> Result<()> {
             "must be left out: firmware starts from it by `Learner::start_from` or `eft_start_from_f32`";
         return Err(Error::value("calibration.version", saved.version, allowed));
     }
-    match rig.compensation.computation_delay {
-        0 => Ok(()),
-        delay => Err(Error::value("compensation.computation_delay", delay, "must be 0 for firmware")),
-    }
+    let delay = rig.compensation.computation_delay;
+    checks::require(delay == 0, "compensation.computation_delay", delay, "must be 0 for firmware")
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use super::{Command, within_memory};
 use crate::checks;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::ground_motion::records::Record;
 
 /// The effective force `−mass·scale·a_g` in N, of a record resampled linearly to `sample_rate` in Hz.
@@ -34,11 +34,9 @@ pub fn effective_force(record: &Record, mass: f64, sample_rate: f64, scale: f64)
         factor * (ag[left] + weight * (ag[right] - ag[left]))
     };
     let values: Vec<f64> = (0..samples).map(value).collect();
-    if values.iter().all(|v| v.is_finite()) {
-        Ok(Command { values, sample_rate })
-    } else {
-        Err(Error::value("mass·scale", mass * scale, "must keep the effective force finite"))
-    }
+    let finite = values.iter().all(|v| v.is_finite());
+    checks::require(finite, "mass·scale", mass * scale, "must keep the effective force finite")?;
+    Ok(Command { values, sample_rate })
 }
 
 #[cfg(test)]

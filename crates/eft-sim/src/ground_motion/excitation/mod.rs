@@ -9,7 +9,7 @@ pub use signals::{burst, multisine, noise, sine, step};
 pub use sweep::sine_sweep;
 
 use crate::checks;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use eft_core::Short;
 
 /// The longest command: 10⁸ samples (0.8 GB), nearly seven hours at 4096 Hz.
@@ -67,11 +67,10 @@ pub(crate) fn samples(duration: f64, sample_rate: f64) -> Result<usize> {
 
 /// The sample count as an integer, if it lies within 1 and [`MAX_SAMPLES`].
 fn within_memory(samples: f64) -> Result<usize> {
-    if samples >= 1.0 && samples <= MAX_SAMPLES as f64 {
-        Ok(samples as usize)
-    } else {
-        Err(Error::value("number of samples", Short(samples), format!("must lie within 1 and {MAX_SAMPLES}")))
-    }
+    let within = (1.0..=MAX_SAMPLES as f64).contains(&samples);
+    let allowed = format!("must lie within 1 and {MAX_SAMPLES}");
+    checks::require(within, "number of samples", Short(samples), allowed)?;
+    Ok(samples as usize)
 }
 
 #[cfg(test)]

@@ -21,33 +21,19 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// A name of each unit, for messages.
+    /// A name of each unit, in their order, for messages.
     pub const NAMES: [&'static str; 6] = ["g", "m/s2", "cm/s2", "mm/s2", "in/s2", "ft/s2"];
 
     /// The name in [`Self::NAMES`].
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Gravity => "g",
-            Self::MetrePerSecondSquared => "m/s2",
-            Self::CentimetrePerSecondSquared => "cm/s2",
-            Self::MillimetrePerSecondSquared => "mm/s2",
-            Self::InchPerSecondSquared => "in/s2",
-            Self::FootPerSecondSquared => "ft/s2",
-        }
+        Self::NAMES[self as usize]
     }
 
     /// One of this unit, in m/s².
     #[must_use]
     pub const fn in_metres_per_second_squared(self) -> f64 {
-        match self {
-            Self::Gravity => STANDARD_GRAVITY,
-            Self::MetrePerSecondSquared => 1.0,
-            Self::CentimetrePerSecondSquared => 1e-2,
-            Self::MillimetrePerSecondSquared => 1e-3,
-            Self::InchPerSecondSquared => 0.0254,
-            Self::FootPerSecondSquared => 0.3048,
-        }
+        [STANDARD_GRAVITY, 1.0, 1e-2, 1e-3, 0.0254, 0.3048][self as usize]
     }
 
     /// The unit of a name such as `g`, `cm/sec/sec`, `m/s^2`, `mps2` or `gal`; letter case is ignored.

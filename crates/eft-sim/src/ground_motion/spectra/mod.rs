@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::checks;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::ground_motion::records::Record;
 use crate::interruption;
 
@@ -62,11 +62,8 @@ fn peak(record: &Record, period: f64, zeta: f64) -> Result<f64> {
         (u, v) = advance(u, v, 0.0, 0.0);
         largest = largest.max(u.abs());
     }
-    if largest.is_finite() {
-        Ok(largest)
-    } else {
-        Err(Error::value("record", "too large", "must keep the response finite"))
-    }
+    checks::require(largest.is_finite(), "record", "too large", "must keep the response finite")?;
+    Ok(largest)
 }
 
 #[cfg(test)]
