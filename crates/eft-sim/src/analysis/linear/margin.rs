@@ -101,12 +101,12 @@ fn stable_level_up_to(rig: &RigConfig, gain: FlowGain, time: Time, enough: f64) 
     let seek_stable = Search { smallest: 0.5, seek: Stability::Stable, enough: f64::INFINITY };
     let below = edge(own, 0.0, seek_stable, growth)?;
     let stable = match below {
-        Some((level, _)) => Some(level),
-        None => edge(own, HIGHEST_LEVEL, seek_stable, growth)?.map(|(level, _)| level),
+        None => edge(own, HIGHEST_LEVEL, seek_stable, growth)?,
+        below => below,
     };
     let Some(stable) = stable else { return Ok(None) };
     let end = edge(stable, HIGHEST_LEVEL, Search { smallest: 0.5, enough, ..UNSTABLE }, growth)?;
-    Ok(Some(end.map_or(f64::INFINITY, |(_, last_stable)| last_stable)))
+    Ok(Some(end.unwrap_or(f64::INFINITY)))
 }
 
 /// Every margin of the linear model.
@@ -140,7 +140,7 @@ pub fn margins_within(
     let by_level = |factor: f64| growth_with(rig, gain, time, |rig| rig.compensation.level *= factor);
     let level = edge(1.0, reach.level.max(1.0), UNSTABLE, by_level)?;
     let found = Reach {
-        level: level.map_or(f64::INFINITY, |(_, last_stable)| last_stable),
+        level: level.unwrap_or(f64::INFINITY),
         dead_time: dead_time(rig, gain, time, reach.dead_time)?,
         loop_gain: loop_gain(rig, gain, time, reach.loop_gain)?,
     };
@@ -160,13 +160,11 @@ fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> 
     let by_delay = |delay: f64| growth_with(rig, gain, time, |rig| rig.compensation.response_delay = delay);
     let by_flow = |factor: f64| growth_with(rig, gain, time, |rig| rig.servovalve.flow_gain_scale *= factor);
     let unstable = |smallest| Search { smallest, ..UNSTABLE };
-    let low = |found: Option<(f64, f64)>| found.map_or(0.0, |(_, last_stable)| last_stable);
-    let high = |found: Option<(f64, f64)>| found.map_or(f64::INFINITY, |(_, last_stable)| last_stable);
     let response_delay = match rig.compensation.mode {
         Mode::Off => (0.0, f64::INFINITY),
         _ => (
-            low(edge(set, 0.0, unstable(1e-3), by_delay)?),
-            high(edge(set, LONGEST_RESPONSE_DELAY, unstable(1e-3), by_delay)?),
+            edge(set, 0.0, unstable(1e-3), by_delay)?.unwrap_or(0.0),
+            edge(set, LONGEST_RESPONSE_DELAY, unstable(1e-3), by_delay)?.unwrap_or(f64::INFINITY),
         ),
     };
     Ok(MarginsAround {
@@ -174,8 +172,8 @@ fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> 
         dead_time: dead_time(rig, gain, time, f64::INFINITY)?,
         loop_gain: loop_gain(rig, gain, time, LARGEST_FACTOR)?,
         flow_gain: (
-            low(edge(1.0, SMALLEST_FACTOR, unstable(0.1), by_flow)?),
-            high(edge(1.0, LARGEST_FACTOR, unstable(1.0), by_flow)?),
+            edge(1.0, SMALLEST_FACTOR, unstable(0.1), by_flow)?.unwrap_or(0.0),
+            edge(1.0, LARGEST_FACTOR, unstable(1.0), by_flow)?.unwrap_or(f64::INFINITY),
         ),
     })
 }
@@ -184,8 +182,7 @@ fn around(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<MarginsAround> 
 fn loop_gain(rig: &RigConfig, gain: FlowGain, time: Time, most: f64) -> Result<f64> {
     let by_loop =
         |factor: f64| growth_with(rig, gain, time, |rig| rig.controller.force_sensitivity *= factor);
-    let found = edge(1.0, most.max(1.0), UNSTABLE, by_loop)?;
-    Ok(found.map_or(f64::INFINITY, |(_, last_stable)| last_stable))
+    Ok(edge(1.0, most.max(1.0), UNSTABLE, by_loop)?.unwrap_or(f64::INFINITY))
 }
 
 /// The shortest unstable delay up to `most` (s). For continuous time the loop sampled at the rig's own rate
@@ -235,14 +232,9 @@ struct Search {
 /// Towards an unstable factor, from 1.
 const UNSTABLE: Search = Search { smallest: 1.0, seek: Stability::Unstable, enough: f64::INFINITY };
 
-/// The first value from `from` to `to` at which the loop has the sought stability, and the last one before
-/// it, to a relative distance of [`RESOLUTION`]; `None` if there is no such value.
-fn edge(
-    from: f64,
-    to: f64,
-    search: Search,
-    growth: impl Fn(f64) -> Result<f64>,
-) -> Result<Option<(f64, f64)>> {
+/// The stable end of the first change to the sought stability from `from` to `to`, to a relative distance of
+/// [`RESOLUTION`]; `None` if there is no change.
+fn edge(from: f64, to: f64, search: Search, growth: impl Fn(f64) -> Result<f64>) -> Result<Option<f64>> {
     // Negative at the values that are sought.
     let sign = if search.seek == Stability::Stable { 1.0 } else { -1.0 };
     let excess = |value: f64| -> Result<f64> { Ok(sign * (growth(value)? - AT_REST)) };
@@ -263,7 +255,7 @@ fn edge(
         let width = here.0 - before.0;
         let middle = before.0 + 0.5 * width;
         if width.abs() <= RESOLUTION * here.0.abs() || middle == before.0 || middle == here.0 {
-            return Ok(Some((here.0, before.0)));
+            return Ok(Some(if sign > 0.0 { here.0 } else { before.0 }));
         }
         // The secant, moved a little towards the middle so that both ends come near. It is the middle itself
         // where the last two steps did not halve the interval.
