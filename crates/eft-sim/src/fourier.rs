@@ -3,8 +3,7 @@
 pub(crate) use eft_fft::Complex64;
 use eft_fft::FftError;
 
-use crate::error::{Error, Result};
-use crate::interruption;
+use crate::{Error, Result, interruption};
 
 /// One-sided, unnormalised spectrum of a real signal: bins 0 to `n/2`.
 pub(crate) fn spectrum(signal: &[f64]) -> Result<Vec<Complex64>> {

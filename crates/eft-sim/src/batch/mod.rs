@@ -11,9 +11,8 @@ mod pool;
 mod request;
 mod wide;
 
-use crate::checks;
 use crate::closed_loop::{Precision, simulate_actuators};
-use crate::error::Result;
+use crate::{Result, checks};
 use pieces::pieces;
 use wide::SideBySide;
 

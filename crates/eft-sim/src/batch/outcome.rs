@@ -4,9 +4,8 @@ use eft_core::status;
 
 use crate::batch::BatchOptions;
 use crate::closed_loop::{Estimates, TestRun, adapts};
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::metrics::{Actuator, Row, Summed, judge, summed};
+use crate::{Result, RigConfig};
 
 /// The result of a test.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,7 @@
 //! The energy balance of a test from its traces.
 
-use crate::checks;
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::plant::{ActuatorState, EnergyBalance, recorded_balance};
+use crate::{Result, RigConfig, checks};
 
 /// The traces of one actuator that an energy balance needs, with one value per tick.
 #[derive(Debug, Clone, Copy)]

@@ -3,10 +3,9 @@
 use eft_core::{ControllerState, Scalar};
 
 use crate::closed_loop::{DigitalOutput, DigitalSide, Feedback, InUse, Precision, Tick};
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::lanes::Num;
 use crate::plant::{Driver, DriverKind, Exponential, FastState, Prediction, Signals, TimeGrid};
+use crate::{Result, RigConfig};
 
 /// The integration method of the plant between ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

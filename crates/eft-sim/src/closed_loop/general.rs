@@ -4,10 +4,9 @@ use eft_core::{ControllerState, Flags, Mask, Scalar, status};
 
 use crate::closed_loop::specimen::{ExternalStructure, PistonMotion, Specimen};
 use crate::closed_loop::{ClosedLoop, DigitalSide, Feedback, Precision, Recorder, Tick};
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::lanes::{Num, Work};
 use crate::plant::{Driver, EnergyBalance, Plant, TimeGrid};
+use crate::{Result, RigConfig};
 
 /// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
 pub(crate) struct GeneralLoop<S: Num, C: Scalar<Element: Precision>> {

@@ -2,12 +2,9 @@
 
 use eft_core::{Calibration, Input, Learning, Parameters, Realization, SavedCalibration};
 
-use crate::checks;
 use crate::closed_loop::estimates::estimates;
 use crate::closed_loop::{Precision, channel, parameters};
-use crate::config::RigConfig;
-use crate::error::Result;
-use crate::interruption;
+use crate::{Result, RigConfig, checks, interruption};
 
 macro_rules! define {
     (learner |$calibration:ident| {

@@ -4,16 +4,14 @@ use std::iter;
 
 use eft_core::{Cause, Scalar, status};
 
-use crate::checks;
 use crate::closed_loop::{
     BLOCK_TICKS, Block, ClosedLoop, ExternalController, FastLoop, GeneralLoop, Method, Precision, Specimen,
     TestRun, Width,
 };
 use crate::config::{RigConfig, StructureKind};
-use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
-use crate::interruption;
 use crate::plant::{EnergyBalance, TimeGrid, longest_step, needs_detail};
+use crate::{Error, Result, checks, interruption};
 
 /// The default of the largest integration step (s). For the paper's tests the force then differs from the
 /// converged solution by less than 1e-4 of its peak, at any sample rate.

@@ -4,9 +4,8 @@ use eft_core::status;
 
 use crate::closed_loop::specimen::Exchange;
 use crate::closed_loop::{Method, SimulateOptions, check_each};
-use crate::config::RigConfig;
-use crate::error::{Error, Result};
 use crate::plant::{ActuatorState, Driver, Exponential, FastState, Plant, Signals, TimeGrid, needs_detail};
+use crate::{Error, Result, RigConfig};
 
 /// The true state of the plant at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]

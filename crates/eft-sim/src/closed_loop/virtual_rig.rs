@@ -2,12 +2,10 @@
 
 use eft_core::status;
 
-use crate::checks;
 use crate::closed_loop::{PlantReading, PlantStepper, SimulateOptions, check_each};
-use crate::config::RigConfig;
-use crate::error::{Error, Result};
 use crate::instruments::{Dac, Sensors};
 use crate::plant::Signals;
+use crate::{Error, Result, RigConfig, checks};
 
 /// The true state of a virtual rig at one tick, and its sensors' readings.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,8 +7,7 @@ use super::schema::Key;
 use super::schema::Kind::{Float, Floats, Int};
 use super::schema::Need::Optional;
 use super::section::{Entry, entry};
-use crate::checks;
-use crate::error::Result;
+use crate::{Result, checks};
 
 /// Name of the section, and of the list of sections.
 pub(super) const CALIBRATION: &str = "calibration";

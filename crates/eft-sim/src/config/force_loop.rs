@@ -4,9 +4,8 @@ use std::borrow::Cow;
 use std::f64::consts::{FRAC_2_PI, TAU};
 
 use super::{Controller, FlowCurve, ForceLoop, MotionAt, Realization, RigConfig, RigValues};
-use crate::checks;
 use crate::design::{self, HeldPiston};
-use crate::error::Result;
+use crate::{Result, checks};
 
 /// Opening (1) of an oscillation about rest. At the oil column of the paper's rig it is 0.4 kN, a quarter of a percent of
 /// the stall force.

@@ -7,9 +7,8 @@
 mod margins;
 
 use super::held_piston::{Gains, HeldPiston, Sampled};
-use crate::checks;
-use crate::error::{Error, Result};
 use crate::state_space::StateSpace;
+use crate::{Error, Result, checks};
 
 /// Least damping ratio (1) of the oil column on the worst rig.
 pub(super) const LEAST_DAMPING: f64 = 0.03;

@@ -4,8 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
-use crate::checks;
-use crate::error::Result;
+use crate::{Result, checks};
 
 /// Number of frequencies of the fit.
 const POINTS: usize = 400;

@@ -5,8 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, Matrix3, Vector2, Vector3};
 
 use super::phase_delay;
-use crate::checks;
-use crate::error::{Error, Result};
+use crate::{Error, Result, checks};
 
 /// The noises that a velocity observer assumes.
 #[derive(Debug, Clone, Copy)]

@@ -6,9 +6,8 @@ use nalgebra::{SMatrix, SVector};
 
 use super::Estimate;
 use super::gaps::detrend;
-use crate::checks;
-use crate::error::{Error, Result};
 use crate::fourier::spectrum;
+use crate::{Error, Result, checks};
 
 /// Least number of cycles that distinguishes decay from drift.
 const LEAST_CYCLES: usize = 3;

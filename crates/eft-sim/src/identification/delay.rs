@@ -6,9 +6,8 @@ mod tests;
 use std::f64::consts::TAU;
 
 use super::gaps::{Fade, bridged, check, detrend};
-use crate::checks;
-use crate::error::{Error, Result};
 use crate::fourier::{Complex64, spectrum};
+use crate::{Error, Result, checks};
 
 /// A bin with less than this part of the band's largest power is not excited.
 const EXCITED: f64 = 1e-4;

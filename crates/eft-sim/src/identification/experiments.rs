@@ -2,15 +2,13 @@
 
 use eft_core::Short;
 
-use crate::checks;
 use crate::closed_loop::{SimulateOptions, motions, one_actuator};
 use crate::config::{RigConfig, StructureKind};
-use crate::error::{Error, Result};
 use crate::ground_motion::excitation::{samples, sine_sweep};
-use crate::interruption;
 use crate::plant::{
     ActuatorState, Driver, Equations, Motion, Plant, ServoActuator, Spool, Stages, TimeGrid, runge_kutta,
 };
+use crate::{Error, Result, checks, interruption};
 
 /// Output of the displacement control (V) for the full stroke.
 const FULL_SCALE: f64 = 10.0;

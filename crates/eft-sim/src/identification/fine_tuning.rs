@@ -13,10 +13,9 @@ use eft_core::FlowTable;
 use super::Estimate;
 use super::gaps::{check_whole, detrend};
 use crate::analysis::linear::valve_response;
-use crate::checks;
 use crate::config::{Mode, Realization, RigConfig, StructureKind, TABLE_CAPACITY};
-use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of, spectrum};
+use crate::{Error, Result, checks};
 
 /// Bins with less than this share of the motion's largest power in the band are not used.
 const MOVED: f64 = 1e-3;

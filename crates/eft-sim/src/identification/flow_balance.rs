@@ -10,10 +10,9 @@ use std::f64::consts::TAU;
 use super::Estimate;
 use super::gaps::check_whole;
 use super::least_squares::least_squares;
-use crate::config::RigConfig;
-use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of, spectrum};
 use crate::plant::LoadFlow;
+use crate::{Error, Result, RigConfig};
 
 /// Least duration (s).
 const LEAST_DURATION: f64 = 4.0;

@@ -8,9 +8,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use super::Estimate;
 use super::gaps::{bridged, check, stretches};
 use super::integrated_noise::{MOST_MEMORY, Part, clustering, memory_of, whitened};
-use crate::checks;
-use crate::error::{Error, Result};
-use crate::interruption;
+use crate::{Error, Result, checks, interruption};
 
 /// Least number of samples within a cell or beyond a point.
 pub(super) const LEAST_SAMPLES: usize = 20;

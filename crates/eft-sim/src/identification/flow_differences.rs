@@ -7,8 +7,7 @@ use super::flow_curve::{
     FlowCurveEstimate, LEAST_SAMPLES, Recording, check_opening, check_reach, check_rise, control_points,
 };
 use super::gaps::check;
-use crate::checks;
-use crate::error::Result;
+use crate::{Result, checks};
 
 /// Samples within this share of the distance between two control points belong to a point.
 const NEAR: f64 = 0.2;

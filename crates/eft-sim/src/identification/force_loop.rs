@@ -13,10 +13,9 @@ use super::Estimate;
 use super::flow_balance::{FlowBalance, LEAST_EXCITATION, MotionSignals, OIL_BAND, excitation};
 use super::gaps::check_whole;
 use super::least_squares::least_squares;
-use crate::checks;
 use crate::config::{Realization, RigConfig};
-use crate::error::{Error, Result};
 use crate::fourier::{Complex64, spectrum};
+use crate::{Error, Result, checks};
 
 /// Frequencies (Hz) at which the valve's response is fitted.
 const VALVE_BAND: (f64, f64) = (1.0, 200.0);

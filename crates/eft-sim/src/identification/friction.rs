@@ -2,9 +2,7 @@
 
 use super::Estimate;
 use super::flow_balance::{FlowBalance, LEAST_EXCITATION, MotionSignals, excitation};
-use crate::checks;
-use crate::config::RigConfig;
-use crate::error::Result;
+use crate::{Result, RigConfig, checks};
 
 /// Frequencies (Hz) of the fit. Below them the drifts of the flows prevail, above them the sensors' noise.
 const BAND: (f64, f64) = (0.5, 40.0);

@@ -2,8 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::checks;
-use crate::error::Result;
+use crate::{Result, checks};
 
 /// A signal with its name.
 type Named<'a> = (&'a str, &'a [f64]);

@@ -5,8 +5,7 @@
 
 use nalgebra::DVector;
 
-use crate::error::Result;
-use crate::interruption;
+use crate::{Result, interruption};
 
 /// Halvings of one less the memory that are tried.
 const HALVINGS: i32 = 13;

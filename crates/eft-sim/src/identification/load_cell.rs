@@ -11,10 +11,9 @@ use std::f64::consts::TAU;
 use super::Estimate;
 use super::gaps::check_whole;
 use super::least_squares::least_squares;
-use crate::checks;
 use crate::config::{MotionAt, RigConfig, StructureKind};
-use crate::error::{Error, Result};
 use crate::fourier::{Complex64, spectrum};
+use crate::{Error, Result, checks};
 
 /// Least duration (s).
 const LEAST_DURATION: f64 = 4.0;

@@ -9,9 +9,7 @@ use nalgebra::{DVector, Matrix2, Matrix4, Vector2, Vector4};
 
 use super::flow_curve::{Stretch, check_opening, parts};
 use super::{Estimate, Recording};
-use crate::checks;
-use crate::error::{Error, Result};
-use crate::interruption;
+use crate::{Error, Result, checks, interruption};
 
 /// Least number of samples beyond a knee.
 const LEAST_BEYOND: usize = 50;

@@ -4,14 +4,13 @@
 
 use eft_core::{Mask, Scalar};
 
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::lanes::Num;
 use crate::plant::structure::{Motion, Structure, is_plain};
 use crate::plant::{
     ActuatorState, Driver, EnergyBalance, Equations, POWERS, STATES, ServoActuator, Signals, Spool, Stages,
     Supply, TimeGrid, runge_kutta,
 };
+use crate::{Result, RigConfig};
 
 /// Servovalves, actuators, structure and supply with their state, one rig or several side by side.
 #[derive(Debug, Clone)]

@@ -1,8 +1,7 @@
 //! The energy balance of a recorded test.
 
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::plant::{ActuatorState, EnergyBalance, Motion, POWERS, ServoActuator, Structure, needs_detail};
+use crate::{Result, RigConfig};
 
 /// The energy balance (J) of recorded states at a sample rate (Hz), from the first to the last: powers by the
 /// trapezoidal rule, the increase of the stored energy from the states at both ends. It does not depend on

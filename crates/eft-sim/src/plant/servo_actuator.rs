@@ -2,8 +2,6 @@
 
 use eft_core::Scalar;
 
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::lanes::Num;
 use crate::plant::bypass_valve::BypassValve;
 use crate::plant::end_stop::EndStop;
@@ -12,6 +10,7 @@ use crate::plant::load_cell::LoadCell;
 use crate::plant::torque_motor::TorqueMotor;
 use crate::plant::valve_leakage::{Leak, ValveLeakage};
 use crate::plant::{Actuator, ActuatorState, Driver, EnergyBalance, LoadFlow, PilotValve, Spool};
+use crate::{Result, RigConfig};
 
 /// One servovalve and its actuator.
 #[derive(Debug, Clone, Copy)]

@@ -10,8 +10,7 @@ use nalgebra::{Complex, DMatrix};
 
 use self::matrices::eigenvalues;
 pub(crate) use self::responses::Responses;
-use crate::checks;
-use crate::error::{Error, Result};
+use crate::{Error, Result, checks};
 
 /// Growth rate (1/s) up to which a mode counts as one at rest: a structure without a spring and an integral part have a pole
 /// at the origin.

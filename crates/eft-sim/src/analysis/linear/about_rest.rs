@@ -7,10 +7,9 @@ use nalgebra::{Complex, DMatrix};
 use super::disturbance::Disturbance;
 use super::gains::FlowGain;
 use super::sampled::Ticker;
-use crate::config::RigConfig;
-use crate::error::{Error, Result};
 use crate::metrics::OIL_COLUMN;
 use crate::state_space::{Responses, StateSpace};
+use crate::{Error, Result, RigConfig};
 
 /// Number of frequencies at which the noise in the band of the oil column is computed.
 const FREQUENCIES: u32 = 60;

@@ -2,10 +2,8 @@
 
 use super::inverse_dynamics::valve_response;
 use super::velocity::sensed_velocity_delay;
-use crate::checks;
-use crate::config::RigConfig;
 use crate::design::phase_delay;
-use crate::error::Result;
+use crate::{Result, RigConfig, checks};
 
 /// The parts of the delay between a velocity and the spool opening that compensates it, in s.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,8 @@
 //! The slope of the flow curve that a linear model uses near rest.
 
-use crate::checks;
 use crate::config::{AtRest, Mode, RigConfig};
-use crate::error::Result;
 use crate::plant::Supply;
+use crate::{Result, checks};
 
 /// The flow gain of a linear model. Plant and nonlinear compensation use the same slope, so it cancels if the
 /// compensation is exact.

@@ -4,9 +4,7 @@ use toml::Value;
 
 use super::largest_stable_level;
 use super::{FlowGain, Time, linearize};
-use crate::checks;
-use crate::config::RigConfig;
-use crate::error::Result;
+use crate::{Result, RigConfig, checks};
 
 /// The quantity of a stability map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

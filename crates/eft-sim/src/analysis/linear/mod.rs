@@ -31,9 +31,7 @@ pub use crate::design::phase_delay;
 pub use crate::state_space::{Mode, StateSpace};
 pub use nalgebra::{Complex, DMatrix};
 
-use crate::config::RigConfig;
-use crate::error::Result;
-use crate::interruption;
+use crate::{Result, RigConfig, interruption};
 
 /// Continuous or sampled time of a linear model.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,11 +8,10 @@ use super::disturbance::Disturbance;
 use super::gains::{FlowGain, Gains};
 use super::plant::{LinearPlant, left_out};
 use super::velocity_signal::VelocitySignal;
-use crate::checks;
 use crate::config::{Realization, RigConfig};
-use crate::error::Result;
 use crate::state_space::StateSpace;
 use crate::state_space::matrices::exponential;
+use crate::{Result, checks};
 
 /// Largest number of states of a model. Samples of delay and stories add states.
 pub(super) const MOST_STATES: usize = 400;

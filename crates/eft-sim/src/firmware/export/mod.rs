@@ -6,10 +6,8 @@ mod notes;
 mod parts;
 mod rust;
 
-use crate::checks;
 use crate::closed_loop::{Precision, parameters};
-use crate::config::RigConfig;
-use crate::error::{Error, Result};
+use crate::{Error, Result, RigConfig, checks};
 use parts::Parts;
 
 pub use parts::Target;

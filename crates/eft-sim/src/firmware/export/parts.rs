@@ -2,8 +2,7 @@
 
 use eft_core::Parameters;
 
-use crate::config::RigConfig;
-use crate::error::{Error, Result};
+use crate::{Error, Result, RigConfig};
 
 /// The language of the exported configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

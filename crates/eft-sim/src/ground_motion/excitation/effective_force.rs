@@ -2,9 +2,8 @@
 //! motion.
 
 use super::{Command, within_memory};
-use crate::checks;
-use crate::error::Result;
 use crate::ground_motion::records::Record;
+use crate::{Result, checks};
 
 /// The effective force `−mass·scale·a_g` in N, of a record resampled linearly to `sample_rate` in Hz.
 ///

@@ -8,8 +8,7 @@ pub use effective_force::effective_force;
 pub use signals::{burst, multisine, noise, sine, step};
 pub use sweep::sine_sweep;
 
-use crate::checks;
-use crate::error::Result;
+use crate::{Result, checks};
 use eft_core::Short;
 
 /// The longest command: 10⁸ samples (0.8 GB), nearly seven hours at 4096 Hz.

@@ -3,10 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{Command, samples};
-use crate::checks;
-use crate::error::{Error, Result};
 use crate::fourier::{Complex64, signal_of};
 use crate::instruments::Noise;
+use crate::{Error, Result, checks};
 
 /// A force (N) of zero up to `start` (s), and of `amplitude` from there to the end of `duration` (s).
 ///

@@ -1,8 +1,7 @@
 //! The sine sweep of the paper's characterisation tests (Figs. 8–11).
 
 use super::{Command, samples};
-use crate::checks;
-use crate::error::Result;
+use crate::{Result, checks};
 use std::f64::consts::TAU;
 
 /// A sine whose frequency runs linearly from `f_start` to `f_end` (Hz) in `duration` (s); force in N.

@@ -1,9 +1,8 @@
 //! Zero-phase band-pass: a Butterworth filter run forwards and backwards.
 
-use crate::checks;
-use crate::error::Result;
 use crate::fourier::{padded_spectrum, signal_of};
 use crate::ground_motion::records::Record;
+use crate::{Result, checks};
 
 /// Largest number of zeros appended to a record. More would take seconds, for a corner far below the
 /// frequencies of any record.

@@ -10,9 +10,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::checks;
-use crate::error::{Error, Result};
 use crate::ground_motion::records::Record;
+use crate::{Error, Result, checks};
 
 /// The record minus the polynomial of a degree that fits its acceleration best: an offset (0), a drift (1), …
 ///

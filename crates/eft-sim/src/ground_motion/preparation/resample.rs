@@ -2,10 +2,9 @@
 
 use std::f64::consts::PI;
 
-use crate::checks;
-use crate::error::Result;
 use crate::ground_motion::excitation::MAX_SAMPLES;
 use crate::ground_motion::records::Record;
+use crate::{Result, checks};
 
 /// Zero crossings of the kernel on each side.
 const CROSSINGS: f64 = 32.0;

@@ -19,8 +19,7 @@ mod unit;
 pub use read::{MAX_FILE_SIZE, MAX_LINES, ReadOptions, parse, parse_with, read_record, read_record_with};
 pub use unit::{STANDARD_GRAVITY, Unit};
 
-use crate::checks;
-use crate::error::Result;
+use crate::{Result, checks};
 
 /// One component of a ground motion: acceleration in m/s² at a constant step in s.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,8 +2,7 @@
 
 use super::text::{self, Fault, Line};
 use super::{Draft, Record, Unit, at2, block, columns, cosmos_v2, csmip_v2, knet};
-use crate::error::Error;
-use crate::files;
+use crate::{Error, files};
 use std::path::Path;
 
 /// The largest file that is read, in bytes: 24 MiB, about two million points.

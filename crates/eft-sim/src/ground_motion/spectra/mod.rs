@@ -2,10 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use crate::checks;
-use crate::error::Result;
 use crate::ground_motion::records::Record;
-use crate::interruption;
+use crate::{Result, checks, interruption};
 
 /// Least steps per period. With fewer, a peak between two steps could be underestimated by more than 0.5 %.
 const STEPS_PER_PERIOD: f64 = 40.0;

@@ -2,13 +2,12 @@
 
 use eft_core::Scalar;
 
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::lanes::Num;
 use crate::plant::{
     Actuator, ActuatorState, At, Drive, Equations, LoadFlow, PilotValve, Signals, Spool, Stages, Story,
     Valve, runge_kutta,
 };
+use crate::{Result, RigConfig};
 
 /// The nonlinear terms of the plant's equations.
 #[derive(Debug, Clone, Copy)]
