@@ -16,68 +16,24 @@ const PSI: f64 = POUND_FORCE / (INCH * INCH);
 const GALLON: f64 = 231.0 * INCH * INCH * INCH;
 
 const NUMBER: Dimension = [0, 0, 0, 0];
-const MASS: Dimension = [1, 0, 0, 0];
-const LENGTH: Dimension = [0, 1, 0, 0];
-const TIME: Dimension = [0, 0, 1, 0];
-const RATE: Dimension = [0, 0, -1, 0];
-const FORCE: Dimension = [1, 1, -2, 0];
-const PRESSURE: Dimension = [1, -1, -2, 0];
-const VOLUME: Dimension = [0, 3, 0, 0];
-const FLOW: Dimension = [0, 3, -1, 0];
-const ACCELERATION: Dimension = [0, 1, -2, 0];
-const POWER: Dimension = [1, 2, -3, 0];
-const VOLTAGE: Dimension = [0, 0, 0, 1];
 
-/// All units by name. `lb` is a mass and `lbf` a force; `g` is standard gravity, `gal` the gallon of the
+/// All units by dimension. `lb` is a mass and `lbf` a force; `g` is standard gravity, `gal` the gallon of the
 /// United States.
-const UNITS: &[(&str, f64, Dimension)] = &[
-    ("1", 1.0, NUMBER),
-    ("%", 1e-2, NUMBER),
-    ("kg", 1.0, MASS),
-    ("t", 1e3, MASS),
-    ("tonne", 1e3, MASS),
-    ("lb", POUND, MASS),
-    ("slug", POUND_FORCE / (12.0 * INCH), MASS),
-    ("m", 1.0, LENGTH),
-    ("cm", 1e-2, LENGTH),
-    ("mm", 1e-3, LENGTH),
-    ("µm", 1e-6, LENGTH),
-    ("um", 1e-6, LENGTH),
-    ("in", INCH, LENGTH),
-    ("ft", 12.0 * INCH, LENGTH),
-    ("s", 1.0, TIME),
-    ("ms", 1e-3, TIME),
-    ("µs", 1e-6, TIME),
-    ("us", 1e-6, TIME),
-    ("min", 60.0, TIME),
-    ("h", 3600.0, TIME),
-    ("Hz", 1.0, RATE),
-    ("kHz", 1e3, RATE),
-    ("N", 1.0, FORCE),
-    ("kN", 1e3, FORCE),
-    ("MN", 1e6, FORCE),
-    ("kgf", GRAVITY, FORCE),
-    ("tf", 1e3 * GRAVITY, FORCE),
-    ("lbf", POUND_FORCE, FORCE),
-    ("kip", 1e3 * POUND_FORCE, FORCE),
-    ("Pa", 1.0, PRESSURE),
-    ("kPa", 1e3, PRESSURE),
-    ("MPa", 1e6, PRESSURE),
-    ("GPa", 1e9, PRESSURE),
-    ("bar", 1e5, PRESSURE),
-    ("psi", PSI, PRESSURE),
-    ("ksi", 1e3 * PSI, PRESSURE),
-    ("L", 1e-3, VOLUME),
-    ("l", 1e-3, VOLUME),
-    ("mL", 1e-6, VOLUME),
-    ("gal", GALLON, VOLUME),
-    ("gpm", GALLON / 60.0, FLOW),
-    ("lpm", 1e-3 / 60.0, FLOW),
-    ("g", GRAVITY, ACCELERATION),
-    ("W", 1.0, POWER),
-    ("kW", 1e3, POWER),
-    ("V", 1.0, VOLTAGE),
-    ("mV", 1e-3, VOLTAGE),
+#[rustfmt::skip]
+const UNITS: &[(Dimension, &[(&str, f64)])] = &[
+    (NUMBER, &[("1", 1.0), ("%", 1e-2)]),
+    ([1, 0, 0, 0], &[("kg", 1.0), ("t", 1e3), ("tonne", 1e3), ("lb", POUND), ("slug", POUND_FORCE / (12.0 * INCH))]),
+    ([0, 1, 0, 0], &[("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6), ("um", 1e-6), ("in", INCH), ("ft", 12.0 * INCH)]),
+    ([0, 0, 1, 0], &[("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)]),
+    ([0, 0, -1, 0], &[("Hz", 1.0), ("kHz", 1e3)]),
+    ([1, 1, -2, 0], &[("N", 1.0), ("kN", 1e3), ("MN", 1e6), ("kgf", GRAVITY), ("tf", 1e3 * GRAVITY)]),
+    ([1, 1, -2, 0], &[("lbf", POUND_FORCE), ("kip", 1e3 * POUND_FORCE)]),
+    ([1, -1, -2, 0], &[("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9), ("bar", 1e5), ("psi", PSI), ("ksi", 1e3 * PSI)]),
+    ([0, 3, 0, 0], &[("L", 1e-3), ("l", 1e-3), ("mL", 1e-6), ("gal", GALLON)]),
+    ([0, 3, -1, 0], &[("gpm", GALLON / 60.0), ("lpm", 1e-3 / 60.0)]),
+    ([0, 1, -2, 0], &[("g", GRAVITY)]),
+    ([1, 2, -3, 0], &[("W", 1.0), ("kW", 1e3)]),
+    ([0, 0, 0, 1], &[("V", 1.0), ("mV", 1e-3)]),
 ];
 
 /// The SI value of a text with a number and a unit, if the unit has the dimension of `si`.
@@ -100,9 +56,9 @@ pub fn quantity(text: &str, si: &str) -> Option<f64> {
 /// A unit and the names of all units that convert to it, separated by commas.
 pub fn units_of(si: &str) -> String {
     let wanted = unit(si).map(|(_, dimension)| dimension);
-    let others = UNITS.iter().filter(|(name, _, dimension)| Some(*dimension) == wanted && *name != si);
-    let names: Vec<&str> = std::iter::once(si).chain(others.map(|(name, ..)| *name)).collect();
-    names.join(", ")
+    let same = UNITS.iter().filter(|(dimension, _)| Some(*dimension) == wanted);
+    let others = same.flat_map(|(_, units)| *units).map(|(name, _)| *name).filter(|name| *name != si);
+    std::iter::once(si).chain(others).collect::<Vec<_>>().join(", ")
 }
 
 /// Exponents of kg, m, s and V of an SI unit such as `m³/(s·Pa)`; `None` if it is not a unit with factor 1.
@@ -150,8 +106,10 @@ fn factor(text: &[char]) -> Option<(Unit, &[char])> {
         // The numerator 1, as in 1/s, is the only number allowed as a unit.
         let length = if letters == 0 && text.first() == Some(&'1') { 1 } else { letters };
         let name: String = text.get(..length)?.iter().collect();
-        let &(_, factor, dimension) = UNITS.iter().find(|(known, ..)| *known == name)?;
-        ((factor, dimension), text.get(length..)?)
+        let known = |(dimension, units): &(Dimension, &[(&str, f64)])| {
+            units.iter().find(|(known, _)| *known == name).map(|(_, factor)| (*factor, *dimension))
+        };
+        (UNITS.iter().find_map(known)?, text.get(length..)?)
     };
     let (exponent, rest) = match rest {
         ['²', rest @ ..] | ['^', '2', rest @ ..] | ['2', rest @ ..] => (2, rest),

@@ -223,7 +223,7 @@ fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<
         end = first_undamped(|step| Ok(corner.damping(gains(step))? - LEAST_DAMPING), first, end)?;
     }
     // Four digits are independent of rounding differences between machines.
-    Ok(Some(gains(end - 1).rounded()))
+    Ok(Some(gains(end - 1).map(four_digits)))
 }
 
 /// The first step of the gain without an excess of damping (1) after a step `from` that has one, and at most `end`: the
@@ -257,16 +257,8 @@ fn first_undamped(excess: impl Fn(u32) -> Result<f64>, from: u32, end: u32) -> R
     Ok(above.0)
 }
 
-impl Gains {
-    pub(super) fn rounded(self) -> Self {
-        let Self { proportional, derivative, integral } = self;
-        let [proportional, derivative, integral] = [proportional, derivative, integral].map(four_digits);
-        Self { proportional, derivative, integral }
-    }
-}
-
 /// Rounded to four significant digits.
-fn four_digits(value: f64) -> f64 {
+pub(super) fn four_digits(value: f64) -> f64 {
     let scale = libm::pow(10.0, 3.0 - libm::floor(libm::log10(value)));
     libm::round(value * scale) / scale
 }

@@ -56,13 +56,15 @@ pub(super) struct Gains {
 }
 
 impl Gains {
+    /// All gains by the same function.
+    pub(super) fn map(self, of: impl Fn(f64) -> f64) -> Self {
+        let Self { proportional, derivative, integral } = self;
+        Self { proportional: of(proportional), derivative: of(derivative), integral: of(integral) }
+    }
+
     /// All gains times a factor (1).
     pub(super) fn scaled(self, factor: f64) -> Self {
-        Self {
-            proportional: factor * self.proportional,
-            derivative: factor * self.derivative,
-            integral: factor * self.integral,
-        }
+        self.map(|gain| factor * gain)
     }
 }
 

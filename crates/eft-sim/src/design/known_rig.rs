@@ -64,7 +64,7 @@ fn shared(punctual: &ForceLoop, plant: &HeldPiston) -> Result<ForceLoop> {
             if robust {
                 return Ok(found);
             }
-            gains = gains.scaled(SHARE_STEP).rounded();
+            gains = gains.scaled(SHARE_STEP).map(force_loop::four_digits);
         }
     }
     if plant.latency == 0.0 {
