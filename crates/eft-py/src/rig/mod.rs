@@ -262,7 +262,7 @@ impl Rig {
     /// Completions of ``rig["`` in IPython: keys and sections, also those under ``truth``.
     fn _ipython_key_completions_(&self) -> Vec<String> {
         let mut all: Vec<String> = Vec::new();
-        for row in KEYS {
+        for row in KEYS.iter() {
             let section = row.key.rsplit_once('.').map(|(section, _)| section.to_owned());
             for key in section.into_iter().chain([row.key.to_owned()]) {
                 if !all.contains(&key) && self.config.get(&key).is_ok() {

@@ -1,7 +1,7 @@
 //! The result of a test: one value per command sample and trace.
 
 use std::hint::black_box;
-use std::ops::{Deref, DerefMut};
+use std::ops::Deref;
 use std::sync::Once;
 
 use eft_core::SavedCalibration;
@@ -39,12 +39,6 @@ impl Deref for TestRun {
 
     fn deref(&self) -> &Traces {
         &self.traces
-    }
-}
-
-impl DerefMut for TestRun {
-    fn deref_mut(&mut self) -> &mut Traces {
-        &mut self.traces
     }
 }
 

@@ -44,7 +44,9 @@ impl From<SavedCalibration> for Calibrations {
 }
 
 impl Entry for Calibrations {
-    const KEYS: &'static [Key] = SavedCalibration::KEYS;
+    fn rows() -> Vec<Key> {
+        SavedCalibration::rows()
+    }
 
     fn read(place: Option<&Value>) -> Option<Self> {
         match place {

@@ -71,7 +71,7 @@ pub(super) fn accepted(given: &Table) -> Result<Table> {
 
 /// Fills in the defaults of accepted values, and checks the relations between them.
 pub(super) fn complete(mut whole: Table) -> Result<Table> {
-    for row in KEYS {
+    for row in KEYS.iter() {
         if tree::get(&whole, row.key).is_none() {
             match row.need {
                 Need::Default(preset) => tree::set(&mut whole, row.key, preset.value())?,

@@ -95,9 +95,6 @@ pub(super) const OFF: Need = Need::Default(Preset::Bool(false));
 pub(super) const ON: Need = Need::Default(Preset::Bool(true));
 
 impl Key {
-    /// No key; every row of a list is another.
-    pub(super) const NONE: Self = key("", "", Kind::Bool, Need::Optional, "");
-
     /// Whether the key describes the plant, and may also be under `truth`.
     pub fn is_of_the_plant(&self) -> bool {
         self.key.split_once('.').is_some_and(|(section, _)| PLANT.contains(&section))

@@ -7,10 +7,13 @@ use super::schema::Key;
 
 /// A value or section that has a place in a tree.
 pub(super) trait Entry: Sized {
-    /// The rows of the schema, in the order of written files, for a type that has them of its own.
-    const KEYS: &'static [Key] = &[];
     /// The words of a choice.
     const WORDS: &'static [&'static str] = &[];
+
+    /// The rows of the schema, in the order of written files, for a type that has them of its own.
+    fn rows() -> Vec<Key> {
+        Vec::new()
+    }
 
     /// Reads the value at a place; `None` if it is not a value of this type.
     fn read(place: Option<&Value>) -> Option<Self>;
@@ -25,7 +28,9 @@ pub(super) trait Entry: Sized {
 }
 
 impl<E: Entry> Entry for Option<E> {
-    const KEYS: &'static [Key] = E::KEYS;
+    fn rows() -> Vec<Key> {
+        E::rows()
+    }
 
     fn read(place: Option<&Value>) -> Option<Self> {
         if place.is_none() { Some(None) } else { E::read(place).map(Some) }
@@ -89,41 +94,16 @@ pub(super) fn add(section: &mut Table, name: &str, value: Option<Value>) {
     }
 }
 
-/// The rows of several parts of the schema, one after another.
-pub(super) const fn joined<const N: usize>(parts: &[&[Key]]) -> [Key; N] {
-    let mut all = [Key::NONE; N];
-    let (mut part, mut row, mut count) = (0, 0, 0);
-    while part < parts.len() {
-        if row < parts[part].len() {
-            all[count] = parts[part][row];
-            (row, count) = (row + 1, count + 1);
-        } else {
-            (part, row) = (part + 1, 0);
-        }
-    }
-    all
-}
-
-/// Number of rows in several parts of the schema.
-pub(super) const fn count(parts: &[&[Key]]) -> usize {
-    let (mut part, mut count) = (0, 0);
-    while part < parts.len() {
-        count += parts[part].len();
-        part += 1;
-    }
-    count
-}
-
 /// The rows of a field: its own row, the rows that are given for it, or those of its type.
 macro_rules! rows {
     ($key:expr, $kind:ty) => {
-        <$kind as $crate::config::section::Entry>::KEYS
+        <$kind as $crate::config::section::Entry>::rows()
     };
     ($key:expr, $kind:ty, { $rows:expr }) => {
         $rows
     };
     ($key:expr, $kind:ty, $unit:tt, $range:expr, $need:expr, $about:literal) => {
-        &[$crate::config::schema::key($key, $unit, $range, $need, $about)]
+        vec![$crate::config::schema::key($key, $unit, $range, $need, $about)]
     };
 }
 
@@ -134,13 +114,11 @@ macro_rules! entry {
         $($field:ident: $kind:ty $(= $unit:tt, $range:expr, $need:expr, $about:literal)? $({ $rows:expr })?;)*
     }) => {
         impl $crate::config::section::Entry for $name {
-            const KEYS: &'static [$crate::config::schema::Key] = {
-                use $crate::config::section::{count, joined, rows};
-                const PARTS: &[&[$crate::config::schema::Key]] = &[$(rows!(
+            fn rows() -> Vec<$crate::config::schema::Key> {
+                [$($crate::config::section::rows!(
                     concat!($section, stringify!($field)), $kind $(, $unit, $range, $need, $about)? $(, { $rows })?
-                ),)*];
-                &joined::<{ count(PARTS) }>(PARTS)
-            };
+                )),*].concat()
+            }
 
             fn read(place: Option<&toml::Value>) -> Option<Self> {
                 let section = place?.as_table()?;

@@ -47,7 +47,7 @@ pub(super) fn write(whole: &Table, commented: bool) -> String {
     let mut text = String::new();
     let mut open = "";
     let each = whole.get(CALIBRATION).and_then(Value::as_array);
-    for row in KEYS {
+    for row in KEYS.iter() {
         let (section, name) = row.key.split_once('.').unwrap_or(("", row.key));
         let value = tree::get(whole, row.key);
         if value.is_none() && (!commented || each.is_some() && section == CALIBRATION) {
@@ -67,7 +67,7 @@ pub(super) fn write(whole: &Table, commented: bool) -> String {
     }
     for one in each.into_iter().flatten() {
         let _ = writeln!(text, "\n[[{CALIBRATION}]]");
-        for row in KEYS {
+        for row in KEYS.iter() {
             let name = row.key.strip_prefix(CALIBRATION).and_then(|rest| rest.strip_prefix('.'));
             let Some(name) = name else { continue };
             if let Some(value) = one.as_table().and_then(|one| tree::get(one, name)) {
@@ -84,7 +84,7 @@ pub(super) fn write(whole: &Table, commented: bool) -> String {
         let _ = writeln!(text, "# true values of the plant, if they differ from the controller's:");
         let _ = writeln!(text, "# any key of {sections}, such as structure.mass");
     }
-    for row in KEYS {
+    for row in KEYS.iter() {
         if let Some(value) = truth.and_then(|truth| tree::get(truth, row.key)) {
             let _ = writeln!(text, "{} = {}", row.key, show(value));
         }

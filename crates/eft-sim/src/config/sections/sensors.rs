@@ -7,59 +7,18 @@ use crate::config::section::{choice, section};
 
 /// The rows of one sensor: section, unit, its name there and for the noise, what a value is, the largest noise, the
 /// range's bounds, and the largest bias.
+#[rustfmt::skip]
 macro_rules! sensor {
     ($section:literal, $unit:literal, $name:literal, $noisy:literal, $of:literal, $noise:expr, $range:expr, $bias:expr) => {
-        &[
-            key(
-                concat!($section, "gain"),
-                "",
-                Float(1e-2, 1e2),
-                float(1.0),
-                concat!($name, ": gain, reading over true value"),
-            ),
-            key(
-                concat!($section, "noise"),
-                $unit,
-                Float(0.0, $noise),
-                float(0.0),
-                concat!($noisy, ": standard deviation of the noise per sample", $of),
-            ),
-            key(
-                concat!($section, "bandwidth"),
-                "Hz",
-                Float(1e-3, 1e6),
-                Optional,
-                concat!($name, ": first-order bandwidth"),
-            ),
-            key(
-                concat!($section, "bits"),
-                "bits",
-                Int(1, 32),
-                Optional,
-                concat!($name, ": resolution over the range"),
-            ),
-            key(
-                concat!($section, "range"),
-                $unit,
-                Float($range.0, $range.1),
-                Optional,
-                concat!($name, ": range to either side", $of),
-            ),
+        vec![
+            key(concat!($section, "gain"), "", Float(1e-2, 1e2), float(1.0), concat!($name, ": gain, reading over true value")),
+            key(concat!($section, "noise"), $unit, Float(0.0, $noise), float(0.0), concat!($noisy, ": standard deviation of the noise per sample", $of)),
+            key(concat!($section, "bandwidth"), "Hz", Float(1e-3, 1e6), Optional, concat!($name, ": first-order bandwidth")),
+            key(concat!($section, "bits"), "bits", Int(1, 32), Optional, concat!($name, ": resolution over the range")),
+            key(concat!($section, "range"), $unit, Float($range.0, $range.1), Optional, concat!($name, ": range to either side", $of)),
             key(concat!($section, "delay"), "samples", Int(0, 1000), int(0), concat!($name, ": delay")),
-            key(
-                concat!($section, "bias"),
-                $unit,
-                Float(-$bias, $bias),
-                float(0.0),
-                concat!($name, ": constant offset", $of),
-            ),
-            key(
-                concat!($section, "dropout"),
-                "",
-                Float(0.0, 1.0),
-                float(0.0),
-                concat!($name, ": share of lost samples"),
-            ),
+            key(concat!($section, "bias"), $unit, Float(-$bias, $bias), float(0.0), concat!($name, ": constant offset", $of)),
+            key(concat!($section, "dropout"), "", Float(0.0, 1.0), float(0.0), concat!($name, ": share of lost samples")),
         ]
     };
 }

@@ -25,7 +25,7 @@ fn physical_keys_have_no_default() {
         message(RigConfig::from_tree(Table::new())),
         "missing key `actuator.piston_area` (effective piston area A, m²)"
     );
-    for row in KEYS {
+    for row in KEYS.iter() {
         let mut whole = RigConfig::zhao2005().to_tree();
         match row.need {
             Need::Required => {}

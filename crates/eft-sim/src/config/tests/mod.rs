@@ -87,7 +87,7 @@ fn each_floor_may_have_a_calibration() {
 
 #[test]
 fn the_structs_accept_every_word_of_a_choice() {
-    for row in KEYS {
+    for row in KEYS.iter() {
         if let Kind::Choice(words) = row.kind {
             for word in words {
                 let mut whole = everything();
@@ -101,7 +101,7 @@ fn the_structs_accept_every_word_of_a_choice() {
 
 #[test]
 fn the_largest_values_of_every_row_fit_their_fields() {
-    for row in KEYS {
+    for row in KEYS.iter() {
         let ends: [Value; 2] = match row.kind {
             Kind::Float(low, high) => [low.into(), high.into()],
             Kind::Int(low, high) => [low.into(), high.into()],

@@ -15,7 +15,7 @@ fn toml_keeps_every_optional_part() {
 fn commented_toml_names_every_key() {
     let text = RigConfig::zhao2005().to_commented_toml();
     assert_eq!(RigConfig::from_toml(&text).unwrap(), RigConfig::zhao2005());
-    for row in KEYS {
+    for row in KEYS.iter() {
         assert!(text.contains(row.doc), "{}", row.key);
     }
 }
