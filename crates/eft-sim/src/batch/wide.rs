@@ -117,8 +117,8 @@ impl SideBySide<'_> {
 fn with_flag(mut floors: Vec<Ended>, flag: u32) -> Vec<Ended> {
     for floor in &mut floors {
         floor.status |= flag;
-        if let Some(last) = floor.run.as_mut().and_then(|run| run.status.last_mut()) {
-            *last |= flag;
+        if let Some(run) = &mut floor.run {
+            run.flag_end(flag);
         }
     }
     floors

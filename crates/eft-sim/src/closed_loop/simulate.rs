@@ -316,14 +316,8 @@ fn run_through<C: Scalar<Element: Precision>>(
             block.hand_over(done, &mut [(0, &mut run.traces)]);
         }
         if done < ticks {
-            let ending = match test.failure() {
-                Some(_) => 0,
-                None => status::DIVERGED,
-            };
-            for run in &mut runs {
-                if let Some(last) = run.status.last_mut() {
-                    *last |= ending;
-                }
+            if test.failure().is_none() {
+                runs.iter_mut().for_each(|run| run.flag_end(status::DIVERGED));
             }
             break;
         }
@@ -332,8 +326,8 @@ fn run_through<C: Scalar<Element: Precision>>(
     if let Some(reason) = test.failure() {
         for run in &mut runs {
             run.stopped = Some(reason.to_owned());
-            if let Some(last) = run.status.last_mut() {
-                trip(last);
+            if run.status.last().is_some_and(|last| last & status::CAUSE == 0) {
+                run.flag_end(status::TRIPPED | ((Cause::Request as u32) << status::CAUSE_SHIFT));
             }
         }
     }
@@ -342,11 +336,4 @@ fn run_through<C: Scalar<Element: Precision>>(
     }
     go_on(total, total);
     Ok(runs)
-}
-
-/// Marks a status as tripped by request, unless another cause tripped before.
-fn trip(status: &mut u32) {
-    if *status & status::CAUSE == 0 {
-        *status |= status::TRIPPED | ((Cause::Request as u32) << status::CAUSE_SHIFT);
-    }
 }

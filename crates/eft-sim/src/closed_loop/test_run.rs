@@ -1,15 +1,15 @@
 //! The result of a test: one value per command sample and trace.
 
 use std::hint::black_box;
-use std::ops::Deref;
+use std::ops::{Deref, DerefMut};
 use std::sync::Once;
 
 use eft_core::SavedCalibration;
 
 use crate::closed_loop::{Traces, adapts};
 use crate::config::{Mode, RigConfig};
-use crate::error::{Error, Result};
 use crate::plant::EnergyBalance;
+use crate::{Result, checks};
 
 /// One test. Value `i` of a [trace](Traces) is the plant's true value at time `i / sample_rate`, before that
 /// tick's output acts; the sensors' readings are the traces `measured_…`.
@@ -39,6 +39,12 @@ impl Deref for TestRun {
 
     fn deref(&self) -> &Traces {
         &self.traces
+    }
+}
+
+impl DerefMut for TestRun {
+    fn deref_mut(&mut self) -> &mut Traces {
+        &mut self.traces
     }
 }
 
@@ -72,6 +78,13 @@ impl TestRun {
         }
     }
 
+    /// Sets a flag at the last tick.
+    pub(crate) fn flag_end(&mut self, flag: u32) {
+        if let Some(last) = self.traces.status.last_mut() {
+            *last |= flag;
+        }
+    }
+
     /// Smallest supply pressure (Pa).
     pub fn min_supply_pressure(&self) -> f64 {
         match self.supply_pressure() {
@@ -97,14 +110,11 @@ impl TestRun {
 /// # Errors
 /// As that.
 pub fn corrected_rig(rig: &RigConfig, found_flows: &[f64]) -> Result<RigConfig> {
-    if adapts(rig) && rig.compensation.mode == Mode::Linear {
-        let allowed = "must be \"nonlinear\" for a flow table to be found: the linear scheme uses none";
-        return Err(Error::value("compensation.mode", "\"linear\"", allowed));
-    }
-    if found_flows.is_empty() {
-        let allowed = "must have been found here: an external controller keeps its flows";
-        return Err(Error::value("found_flows", "none", allowed));
-    }
+    let has_table = !(adapts(rig) && rig.compensation.mode == Mode::Linear);
+    let allowed = "must be \"nonlinear\" for a flow table to be found: the linear scheme uses none";
+    checks::require(has_table, "compensation.mode", "\"linear\"", allowed)?;
+    let allowed = "must have been found here: an external controller keeps its flows";
+    checks::require(!found_flows.is_empty(), "found_flows", "none", allowed)?;
     let true_curve = rig.plant().servovalve.true_curve().clone();
     rig.without(&["truth.servovalve.flow_table", "calibration"])?.with(|rig| {
         rig.servovalve.true_flow_table = Some(true_curve);
