@@ -27,15 +27,12 @@ pub(crate) struct Attachment<S: Num> {
 
 impl<S: Num> Attachment<S> {
     pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
-        let per_filling = |i: usize| {
-            let actuator = &rig(i).actuator;
-            (actuator.compressibility + actuator.attachment_compressibility()) / actuator.piston_area
-        };
-        let play = |i: usize| rig(i).actuator.attachment_play;
+        let actuator = |i: usize| &rig(i).actuator;
+        let attached = |i: usize| actuator(i).attachment_compressibility();
+        let per_filling = |i: usize| (actuator(i).compressibility + attached(i)) / actuator(i).piston_area;
+        let play = |i: usize| actuator(i).attachment_play;
         Self {
-            compliance: S::from_lanes(|i| {
-                rig(i).actuator.attachment_compressibility() / rig(i).actuator.piston_area
-            }),
+            compliance: S::from_lanes(|i| attached(i) / actuator(i).piston_area),
             has_play: (0..S::LANES).any(|i| play(i) > 0.0),
             play: S::Mask::from_lanes(|i| play(i) > 0.0),
             end_of_play: S::from_lanes(|i| play(i) / 2.0 / per_filling(i)),

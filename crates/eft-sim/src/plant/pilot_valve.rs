@@ -16,14 +16,13 @@ pub(crate) struct PilotValve<S> {
 
 impl<S: Num> PilotValve<S> {
     pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
+        let valve = |i: usize| &rig(i).servovalve;
         Self {
-            flow_gain: S::from_lanes(|i| rig(i).servovalve.pilot_flow_gain),
-            spool_feedback: S::from_lanes(|i| {
-                rig(i).servovalve.spool_sensitivity * rig(i).servovalve.spool_stroke
-            }),
-            per_time_constant: S::from_lanes(|i| 1.0 / rig(i).servovalve.pilot_time_constant),
-            limited: (0..S::LANES).any(|i| rig(i).servovalve.pilot_flow_limit.is_some()),
-            flow_limit: S::from_lanes(|i| rig(i).servovalve.pilot_flow_limit.unwrap_or(f64::MAX)),
+            flow_gain: S::from_lanes(|i| valve(i).pilot_flow_gain),
+            spool_feedback: S::from_lanes(|i| valve(i).spool_sensitivity * valve(i).spool_stroke),
+            per_time_constant: S::from_lanes(|i| 1.0 / valve(i).pilot_time_constant),
+            limited: (0..S::LANES).any(|i| valve(i).pilot_flow_limit.is_some()),
+            flow_limit: S::from_lanes(|i| valve(i).pilot_flow_limit.unwrap_or(f64::MAX)),
         }
     }
 

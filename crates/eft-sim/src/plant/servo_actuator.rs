@@ -40,10 +40,7 @@ pub(crate) struct Hydraulics<S> {
     filling_rate: S,
 }
 
-impl<S> Hydraulics<S>
-where
-    S: Num,
-{
+impl<S: Num> Hydraulics<S> {
     /// Flow (m³/s) drawn from the supply.
     #[inline(always)]
     pub(crate) fn drawn(&self) -> S {

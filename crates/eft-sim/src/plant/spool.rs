@@ -13,11 +13,8 @@ pub(crate) struct Spool<S> {
 
 impl<S: Num> Spool<S> {
     pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
-        Self {
-            opening_per_volume: S::from_lanes(|i| {
-                1.0 / (rig(i).servovalve.spool_area * rig(i).servovalve.spool_stroke)
-            }),
-        }
+        let volume = |i: usize| rig(i).servovalve.spool_area * rig(i).servovalve.spool_stroke;
+        Self { opening_per_volume: S::from_lanes(|i| 1.0 / volume(i)) }
     }
 
     /// Rate of the opening (1/s) for the pilot flow (m³/s); zero if the flow pushes against a stop.

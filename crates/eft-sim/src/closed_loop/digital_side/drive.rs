@@ -65,16 +65,10 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         let [command, next_command] = out.commands;
         let (output, clipped) =
             if IDEAL { (out.voltage, S::Flags::default()) } else { self.dac.convert(out.voltage) };
+        let (measured, status) = (*measured, out.status | clipped);
         if !IDEAL && self.realization == Realization::Digital {
-            let status = out.status | clipped;
             let (compensation, driver) = (out.compensation, Driver::held(output));
-            return DigitalOutput {
-                measured: *measured,
-                valve_command: output,
-                compensation,
-                status,
-                driver,
-            };
+            return DigitalOutput { measured, valve_command: output, compensation, status, driver };
         }
         let mut rate = (next_command - command) * S::splat(self.sample_rate);
         // Only a protection can open the loop.
@@ -99,7 +93,6 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             Driver::analog(behind.limited_to(out.authority), whole && !open)
         };
         let valve_command = if self.traces { plant.command(&driver) } else { S::splat(0.0) };
-        let status = out.status | clipped;
-        DigitalOutput { measured: *measured, valve_command, compensation: output, status, driver }
+        DigitalOutput { measured, valve_command, compensation: output, status, driver }
     }
 }
