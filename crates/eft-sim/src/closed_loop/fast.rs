@@ -40,7 +40,7 @@ impl<S: Num> Feedback<S> for FastFeedback<'_, S> {
     fn command(&self, driver: &Driver<S>) -> S {
         match driver.kind {
             DriverKind::Held => self.plant.driven_command(self.state, &driver.held),
-            DriverKind::Analog => self.plant.driven_command(self.state, &driver.cell.analog()),
+            DriverKind::Analog => self.plant.driven_command(self.state, &driver.cell.analog),
             DriverKind::ThroughCell => self.plant.driven_command(self.state, &driver.cell),
         }
     }
@@ -57,7 +57,7 @@ impl<S: Num, C: Scalar> LoopState<S, C> {
     /// Where the plant's state is finite and bounded.
     #[inline(always)]
     pub(crate) fn is_bounded(&self) -> S::Mask {
-        self.plant.plant().is_bounded()
+        self.plant.plant.is_bounded()
     }
 
     /// Puts the plants back to rest where the mask is true.
@@ -93,7 +93,7 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
     /// The true signals in a state. `IDEAL` must match the [`path`](Self::path).
     #[inline(always)]
     pub(crate) fn signals<const IDEAL: bool>(&self, state: &LoopState<S, C>) -> Signals<S> {
-        let mut signals = self.plant.plant().signals(state.plant.plant());
+        let mut signals = self.plant.plant.signals(&state.plant.plant);
         if IDEAL {
             // Nothing reads it, because these rigs have no accelerometer.
             signals.acceleration = S::splat(0.0);
@@ -123,7 +123,7 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
         truth: &Signals<S>,
         output: &'a DigitalOutput<S>,
     ) -> Tick<'a, S> {
-        let (blocks, plant) = (self.plant.plant(), state.plant.plant());
+        let (blocks, plant) = (&self.plant.plant, &state.plant.plant);
         Tick::new(command, *plant, blocks.force(plant), truth, blocks.at_limits(plant), output)
     }
 
@@ -139,7 +139,7 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
         let (plant, now, grid) = (&self.plant, &state.plant, self.grid);
         match driver.kind {
             DriverKind::Held => state.plant = plant.advance(now, ahead, &driver.held, grid),
-            DriverKind::Analog => state.plant = plant.advance(now, ahead, &driver.cell.analog(), grid),
+            DriverKind::Analog => state.plant = plant.advance(now, ahead, &driver.cell.analog, grid),
             DriverKind::ThroughCell => state.plant = plant.advance(now, ahead, &driver.cell, grid),
         }
     }
@@ -150,7 +150,7 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
         let (plant, now, grid) = (&self.plant, &state.plant, self.grid);
         state.plant = match driver.kind {
             DriverKind::Held => plant.advance_by_runge_kutta(now, &driver.held, grid),
-            DriverKind::Analog => plant.advance_by_runge_kutta(now, &driver.cell.analog(), grid),
+            DriverKind::Analog => plant.advance_by_runge_kutta(now, &driver.cell.analog, grid),
             DriverKind::ThroughCell => plant.advance_by_runge_kutta(now, &driver.cell, grid),
         };
     }

@@ -61,7 +61,7 @@ pub fn ideal_responses(
         Some(i) => {
             let allowed =
                 format!("must be short enough for the structure: its motion has no end at sample {}", i - 1);
-            Err(Error::value("largest_step", grid.step(), allowed))
+            Err(Error::value("largest_step", grid.step, allowed))
         }
     }
 }
@@ -102,7 +102,7 @@ fn motions_from<X: Clone + AsRef<[f64]> + AsMut<[f64]>>(
     if whole_sample.is_some() {
         grid = TimeGrid::new(grid.sample_rate, 1);
     }
-    let linear = whole_sample.or_else(|| linear(grid.step()));
+    let linear = whole_sample.or_else(|| linear(grid.step));
     let (mut stages, mut next) = (Stages::new(&state), state.clone());
     for i in 0..samples {
         if i.is_multiple_of(grid.quick_ticks()) {
@@ -116,15 +116,15 @@ fn motions_from<X: Clone + AsRef<[f64]> + AsMut<[f64]>>(
         }
         let mut equations = Forced { structure, force: |floor| force(i, floor) };
         for n in 0..grid.steps {
-            let start = f64::from(n) * grid.step();
+            let start = f64::from(n) * grid.step;
             let over_step = |floor| {
                 let [now, slope] = force(i, floor);
-                [now + slope * start, slope * grid.step()]
+                [now + slope * start, slope * grid.step]
             };
             if linear.as_ref().is_some_and(|linear| linear.step(&state, &mut next, over_step)) {
                 std::mem::swap(&mut state, &mut next);
             } else {
-                runge_kutta(state.as_mut(), &mut stages, start, grid.step(), &mut equations);
+                runge_kutta(state.as_mut(), &mut stages, start, grid.step, &mut equations);
             }
         }
     }

@@ -58,7 +58,7 @@ impl Exchange {
         let mut sums = vec![0.0; actuators.len()];
         for n in 0..grid.steps {
             let before: Vec<f64> = actuators.clone().map(|i| plant.force(i)).collect();
-            plant.step(drivers, f64::from(n) * grid.step(), grid.step(), Some(&accelerations));
+            plant.step(drivers, f64::from(n) * grid.step, grid.step, Some(&accelerations));
             plant.settle();
             for (i, (sum, before)) in sums.iter_mut().zip(before).enumerate() {
                 *sum += 0.5 * (before + plant.force(i));

@@ -110,7 +110,7 @@ impl PlantStepper {
     fn look(&self, i: usize) -> (ActuatorState<f64>, f64, Signals<f64>, (bool, bool)) {
         match &self.plant {
             Integrated::Fast(plant, state) => {
-                let (blocks, state) = (plant.plant(), state.plant());
+                let (blocks, state) = (&plant.plant, &state.plant);
                 (*state, blocks.force(state), blocks.signals(state), blocks.at_limits(state))
             }
             Integrated::General(plant, exchange) => {

@@ -104,11 +104,9 @@ impl Key {
     pub fn allowed(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         match self.kind {
-            Kind::Float(low, high) => format!(
-                "must be a number between {low} and {high}{unit}",
-                low = Short(low),
-                high = Short(high)
-            ),
+            Kind::Float(low, high) => {
+                format!("must be a number between {} and {}{unit}", Short(low), Short(high))
+            }
             Kind::Int(low, i64::MAX) => format!("must be a whole number of at least {low}{unit}"),
             Kind::Int(low, high) if low == high => format!("must be {low}{unit}"),
             Kind::Int(low, high) => format!("must be a whole number between {low} and {high}{unit}"),

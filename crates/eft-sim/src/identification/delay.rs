@@ -88,10 +88,9 @@ pub fn identify_delay(
     let x = spectrum(&plain)?;
     let ends = from_ends(&plain, &x, &excited(&x, width, band)?);
     if ends > MOST_FROM_ENDS {
-        let found = format!(
-            "{:.0} % of its power within {low} to {high} Hz from the ends of the recording",
-            1e2 * ends
-        );
+        let share = 1e2 * ends;
+        let found =
+            format!("{share:.0} % of its power within {low} to {high} Hz from the ends of the recording");
         return Err(Error::value("command", found, "must excite the band: choose the band of the test"));
     }
     let few = |found: String| {

@@ -50,7 +50,7 @@ pub fn valve_test(rig: &RigConfig, amplitude: f64, sample_rate: f64) -> Result<V
         spool.push(state[1]);
         valve.command = *command;
         for n in 0..grid.steps {
-            runge_kutta(&mut state, &mut stages, f64::from(n) * grid.step(), grid.step(), &mut valve);
+            runge_kutta(&mut state, &mut stages, f64::from(n) * grid.step, grid.step, &mut valve);
             Spool::stop_in(&mut state);
         }
     }

@@ -122,11 +122,8 @@ pub(super) fn check_rise(openings: &[f64], flows: &[f64]) -> Result<()> {
         return Ok(());
     };
     let found = format!("does not rise from opening {:.3} to {:.3}", openings[i - 1], openings[i]);
-    Err(Error::value(
-        "flow",
-        found,
-        "must rise with the opening: check the signs, or take more data, less noise, fewer knots",
-    ))
+    let allowed = "must rise with the opening: check the signs, or take more data, less noise, fewer knots";
+    Err(Error::value("flow", found, allowed))
 }
 
 /// Refuses a flow (m³/s) that is more uncertain than it is large.
@@ -317,14 +314,10 @@ impl Fit {
     }
 
     fn slope(&self, cell: usize) -> Result<Estimate> {
-        if self.inside[cell] < LEAST_SAMPLES || self.slopes[cell] <= 0.0 {
-            return Err(Error::value(
-                "spool",
-                "hardly moves about null",
-                "must pass the origin for a flow gain",
-            ));
-        }
         let value = self.slopes[cell];
+        let found = self.inside[cell] >= LEAST_SAMPLES && value > 0.0;
+        let allowed = "must pass the origin for a flow gain";
+        checks::require(found, "spool", "hardly moves about null", allowed)?;
         let uncertainty = self.covariance[(cell, cell)].sqrt().hypot(self.change * value);
         let found = Estimate { value, uncertainty };
         check_known("flow_gain", found)?;

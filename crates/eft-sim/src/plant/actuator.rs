@@ -19,7 +19,7 @@ pub(crate) struct Actuator<S: Num> {
     attachment: Attachment<S>,
     /// Whether any lane's motion is measured at a piston that moves relative to the structure, and 1 in the
     /// lanes in which it is.
-    yields: bool,
+    pub(crate) yields: bool,
     at_piston: S,
     stroke: S,
     /// Whether any lane has chambers of variable volume.
@@ -58,12 +58,6 @@ impl<S: Num> Actuator<S> {
     #[inline(always)]
     pub(crate) fn force(&self, load_pressure: S) -> S {
         self.area * load_pressure
-    }
-
-    /// Whether any lane's motion is measured at a piston that moves relative to the structure.
-    #[inline(always)]
-    pub(crate) fn yields(&self) -> bool {
-        self.yields
     }
 
     /// Displacement (m) and velocity (m/s) at the measured side, from those of the structure, and load pressure
@@ -186,6 +180,6 @@ mod tests {
         let energy = (a.piston_area * 3e6).powi(2) / 2.0 * (1.0 / oil + 1.0 / stiffness);
         assert!((actuator.stored(3e6, 0.0) / energy - 1.0).abs() < 1e-12);
         let plain = changed(&[]);
-        assert!(actuator.yields() && !Actuator::<f64>::pack(&|_| &plain).yields());
+        assert!(actuator.yields && !Actuator::<f64>::pack(&|_| &plain).yields);
     }
 }

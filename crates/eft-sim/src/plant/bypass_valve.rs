@@ -19,7 +19,7 @@ pub(crate) struct BypassValve<S> {
     /// Opening rate (1/s).
     rate: S,
     /// Opening (1).
-    opening: S,
+    pub(crate) opening: S,
 }
 
 impl<S: Num> BypassValve<S> {
@@ -43,11 +43,6 @@ impl<S: Num> BypassValve<S> {
     /// Closes at once in the lanes of `at`, for a new test.
     pub(crate) fn close(&mut self, at: S::Mask) {
         self.opening = S::select(at, S::splat(0.0), self.opening);
-    }
-
-    /// The opening (1) of the valves.
-    pub(crate) fn opening(&mut self) -> &mut S {
-        &mut self.opening
     }
 
     /// Flow (m³/s) between the chambers at a load pressure (Pa).

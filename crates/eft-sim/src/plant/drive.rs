@@ -151,7 +151,7 @@ impl<S: Num> Analog<S> {
 /// The analog realization with a load cell that is not ideal; the offset (N) is held between samples.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ThroughCell<S> {
-    analog: Analog<S>,
+    pub(crate) analog: Analog<S>,
     gain: S,
     offset: S,
     authority: S,
@@ -163,12 +163,6 @@ impl<S: Num> ThroughCell<S> {
     pub(crate) fn limited_to(mut self, authority: S) -> Self {
         self.authority = authority;
         self
-    }
-
-    /// The controller without the cell.
-    #[inline(always)]
-    pub(crate) fn analog(&self) -> Analog<S> {
-        self.analog
     }
 }
 
@@ -278,7 +272,7 @@ impl<S: Num> Driver<S> {
     pub(crate) fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
         match self.kind {
             DriverKind::Held => self.held.valve_command(time, force, force_rate),
-            DriverKind::Analog => self.cell.analog().valve_command(time, force, force_rate),
+            DriverKind::Analog => self.cell.analog.valve_command(time, force, force_rate),
             DriverKind::ThroughCell => self.cell.valve_command(time, force, force_rate),
         }
     }

@@ -49,7 +49,8 @@ const SHARED: usize = 2;
 /// A view of the numbers of a state.
 struct View<'a, S> {
     actuators: &'a [[S; EACH]],
-    shared: [S; SHARED],
+    accumulator: S,
+    time: S,
     /// Empty without an account.
     energies: &'a [S],
 }
@@ -61,16 +62,6 @@ impl<S: Num> View<'_, S> {
         let [_, _, _, displacement, velocity, _, hysteresis, ..] = self.actuators[i];
         Motion { displacement, velocity, hysteresis }
     }
-
-    #[inline(always)]
-    fn accumulator(&self) -> S {
-        self.shared[0]
-    }
-
-    #[inline(always)]
-    fn time(&self) -> S {
-        self.shared[1]
-    }
 }
 
 impl<S: Num> Parts<S> {
@@ -78,8 +69,8 @@ impl<S: Num> Parts<S> {
     fn view<'a>(&self, state: &'a [S]) -> View<'a, S> {
         let (actuators, shared) = state.split_at(self.structure.len() * EACH);
         let (shared, energies) = shared.split_at(SHARED);
-        let shared = shared.first_chunk().copied().unwrap_or_default();
-        View { actuators: actuators.as_chunks().0, shared, energies }
+        let [accumulator, time]: [S; SHARED] = shared.first_chunk().copied().unwrap_or_default();
+        View { actuators: actuators.as_chunks().0, accumulator, time, energies }
     }
 
     fn at_rest(&self) -> Vec<S> {
@@ -112,7 +103,7 @@ impl<S: Num> Parts<S> {
         let view = self.view(state);
         let stored = |actuator: &[S; EACH]| self.servo_actuator.stored(&self.servo_actuator.state(actuator));
         let oil = view.actuators.iter().map(stored).fold(S::splat(0.0), |sum, stored| sum + stored);
-        oil + self.structure.stored(|i| view.motion(i)) + self.supply.stored(view.accumulator())
+        oil + self.structure.stored(|i| view.motion(i)) + self.supply.stored(view.accumulator)
     }
 }
 
@@ -135,8 +126,8 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
         if let Some(imposed) = self.imposed {
             self.accelerations.copy_from_slice(imposed);
         }
-        let setting = supply.setting(view.time());
-        let pressure = supply.pressure(setting, view.accumulator());
+        let setting = supply.setting(view.time);
+        let pressure = supply.pressure(setting, view.accumulator);
         let mut drawn = S::splat(0.0);
         let mut powers = EnergyBalance::default();
         let (rates, shared) = rate.split_at_mut(structure.len() * EACH);
@@ -209,13 +200,13 @@ impl<S: Num> Plant<S> {
     /// Back to rest.
     pub(crate) fn reset(&mut self) {
         self.state = self.parts.at_rest();
-        self.parts.servo_actuator.bypass_valve().close(S::Mask::splat(true));
+        self.parts.servo_actuator.bypass_valve.close(S::Mask::splat(true));
         self.settle();
     }
 
     /// Returns the plants of some lanes to rest.
     pub(crate) fn restart(&mut self, at: S::Mask) {
-        self.parts.servo_actuator.bypass_valve().close(at);
+        self.parts.servo_actuator.bypass_valve.close(at);
         for (number, rest) in self.state.iter_mut().zip(self.parts.at_rest()) {
             *number = S::select(at, rest, *number);
         }
@@ -286,14 +277,14 @@ impl<S: Num> Plant<S> {
 
     /// Opens the bypass valves further for a tick, as after a trip.
     pub(crate) fn open_bypass(&mut self, grid: TimeGrid, at: S::Mask) {
-        self.parts.servo_actuator.bypass_valve().open(1.0 / grid.sample_rate, at);
+        self.parts.servo_actuator.bypass_valve.open(1.0 / grid.sample_rate, at);
     }
 
     /// Advances the plant by a tick, with one driver per actuator.
     #[inline(always)]
     pub(crate) fn advance(&mut self, drivers: &[Driver<S>], grid: TimeGrid) {
         for n in 0..grid.steps {
-            self.step(drivers, f64::from(n) * grid.step(), grid.step(), None);
+            self.step(drivers, f64::from(n) * grid.step, grid.step, None);
         }
         self.settle();
     }
@@ -332,7 +323,7 @@ impl<S: Num> Plant<S> {
     #[inline(always)]
     fn supply_pressure(&self) -> S {
         let (supply, view) = (&self.parts.supply, self.view());
-        supply.pressure(supply.setting(view.time()), view.accumulator())
+        supply.pressure(supply.setting(view.time), view.accumulator)
     }
 }
 
@@ -340,7 +331,7 @@ impl Plant<f64> {
     /// Visits every number of the state, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         self.state.iter_mut().for_each(&mut *visit);
-        visit(self.parts.servo_actuator.bypass_valve().opening());
+        visit(&mut self.parts.servo_actuator.bypass_valve.opening);
         self.settle();
     }
 }

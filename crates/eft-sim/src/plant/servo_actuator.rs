@@ -23,7 +23,7 @@ pub(crate) struct ServoActuator<S: Num> {
     load_flow: LoadFlow<S>,
     valve_leakage: ValveLeakage<S>,
     actuator: Actuator<S>,
-    bypass_valve: BypassValve<S>,
+    pub(crate) bypass_valve: BypassValve<S>,
     friction: Friction<S>,
     end_stop: EndStop<S>,
     load_cell: LoadCell<S>,
@@ -73,24 +73,17 @@ impl<S: Num> ServoActuator<S> {
             - self.end_stop.force(state.displacement, state.velocity)
     }
 
-    /// The bypass valve across the piston.
-    pub(crate) fn bypass_valve(&mut self) -> &mut BypassValve<S> {
-        &mut self.bypass_valve
-    }
-
     /// Flows of the oil at a supply pressure (Pa).
     #[inline(always)]
     pub(crate) fn hydraulics(&self, state: &ActuatorState<S>, supply_pressure: S) -> Hydraulics<S> {
+        let ActuatorState { load_pressure, displacement, velocity, .. } = *state;
         let opening = Spool::stop(state.spool) - self.null_bias;
-        let (load_flow, drawn) = self.load_flow.flow_at(opening, state.load_pressure, supply_pressure);
-        let leak = self.valve_leakage.leak(opening, state.load_pressure, supply_pressure);
-        let bypassed = self.bypass_valve.flow(state.load_pressure);
-        let [pressure_rate, filling_rate] = self.actuator.rates_at(
-            load_flow - leak.lost - bypassed,
-            state.load_pressure,
-            state.displacement,
-            state.velocity,
-        );
+        let (load_flow, drawn) = self.load_flow.flow_at(opening, load_pressure, supply_pressure);
+        let leak = self.valve_leakage.leak(opening, load_pressure, supply_pressure);
+        let bypassed = self.bypass_valve.flow(load_pressure);
+        let left = load_flow - leak.lost - bypassed;
+        let [pressure_rate, filling_rate] =
+            self.actuator.rates_at(left, load_pressure, displacement, velocity);
         Hydraulics { load_flow, leak, drawn, bypassed, pressure_rate, filling_rate }
     }
 
@@ -167,15 +160,12 @@ impl<S: Num> ServoActuator<S> {
     #[inline(always)]
     pub(crate) fn measured_motion(&self, state: &ActuatorState<S>, filling: S, supply_pressure: S) -> [S; 2] {
         let at_structure = [state.displacement, state.velocity];
-        if !self.actuator.yields() {
+        if !self.actuator.yields {
             return at_structure;
         }
         let Hydraulics { pressure_rate, filling_rate, .. } = self.hydraulics(state, supply_pressure);
-        self.actuator.measured_motion(
-            at_structure,
-            [state.load_pressure, pressure_rate],
-            [filling, filling_rate],
-        )
+        let pressure = [state.load_pressure, pressure_rate];
+        self.actuator.measured_motion(at_structure, pressure, [filling, filling_rate])
     }
 
     /// Rate (N/s) of the load cell's state, at the force and the cell's state (N).

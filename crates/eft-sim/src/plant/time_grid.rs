@@ -12,7 +12,7 @@ pub(crate) struct TimeGrid {
     pub(crate) sample_rate: f64,
     /// Integration steps per tick.
     pub(crate) steps: u32,
-    step: f64,
+    pub(crate) step: f64,
 }
 
 impl TimeGrid {
@@ -24,12 +24,6 @@ impl TimeGrid {
     /// Ticks that take a fraction of a second to compute. After so many a long loop asks whether to go on.
     pub(crate) fn quick_ticks(&self) -> usize {
         (65_536 / self.steps).clamp(1, 1024) as usize
-    }
-
-    /// Length of an integration step (s).
-    #[inline(always)]
-    pub(crate) fn step(&self) -> f64 {
-        self.step
     }
 }
 

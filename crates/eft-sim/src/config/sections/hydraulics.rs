@@ -136,13 +136,11 @@ impl FlowCurve {
             let slope = (self.flows[end] - self.flows[start]) / (self.openings[end] - self.openings[start]);
             Some((self.flows[start] + slope * (side * opening - self.openings[start]), slope))
         };
-        match (beyond(1.0), beyond(-1.0)) {
-            (Some(pulling), Some(pushing)) => Ok([pulling, pushing]),
-            _ => Err(Error::value(
-                "servovalve.flow_table.openings",
-                format!("{} to {}", self.openings[0], self.openings[last]),
-                format!("must reach beyond {opening} on both sides"),
-            )),
-        }
+        let short = || {
+            let found = format!("{} to {}", self.openings[0], self.openings[last]);
+            let allowed = format!("must reach beyond {opening} on both sides");
+            Error::value("servovalve.flow_table.openings", found, allowed)
+        };
+        Ok([beyond(1.0).ok_or_else(short)?, beyond(-1.0).ok_or_else(short)?])
     }
 }

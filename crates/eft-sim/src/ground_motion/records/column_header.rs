@@ -106,12 +106,8 @@ impl Declared {
                     self.dt = Some(dt);
                 }
                 "npts" => {
-                    let npts = value.parse().map_err(|_| {
-                        Fault::at(
-                            line,
-                            format!("npts = `{}`: must be a whole number above zero", shown(value)),
-                        )
-                    })?;
+                    let wrong = || format!("npts = `{}`: must be a whole number above zero", shown(value));
+                    let npts = value.parse().map_err(|_| Fault::at(line, wrong()))?;
                     self.npts = Some((line.number, npts));
                 }
                 "unit" | "units" => match Unit::from_name(value) {

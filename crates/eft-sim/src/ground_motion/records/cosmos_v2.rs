@@ -49,17 +49,16 @@ fn step_of(line: &Line<'_>, rows: &[Line<'_>]) -> Result<f64, Fault> {
         }
         push_row(row, width, &mut values)?;
     }
-    match values.get(STEP - 1) {
-        Some(dt) if *dt > 0.0 => Ok(*dt),
-        Some(dt) => Err(Fault::at(
-            line,
-            format!("real header value {STEP}, the sampling interval, is {dt}: must be positive, in s"),
-        )),
-        None => Err(Fault::at(
-            line,
-            format!("only {} values follow; value {STEP}, the sampling interval, is missing", values.len()),
-        )),
-    }
+    let wrong = match values.get(STEP - 1) {
+        Some(dt) if *dt > 0.0 => return Ok(*dt),
+        Some(dt) => {
+            format!("real header value {STEP}, the sampling interval, is {dt}: must be positive, in s")
+        }
+        None => {
+            format!("only {} values follow; value {STEP}, the sampling interval, is missing", values.len())
+        }
+    };
+    Err(Fault::at(line, wrong))
 }
 
 fn unit_of(line: &Line<'_>) -> Result<Unit, Fault> {

@@ -24,7 +24,7 @@ const SUBSTEPS: u32 = 2;
 /// The plant with the method's coefficients, one rig or several side by side.
 #[derive(Debug, Clone)]
 pub(crate) struct Exponential<S: Num> {
-    plant: PlainPlant<S>,
+    pub(crate) plant: PlainPlant<S>,
     propagator: Propagator<S>,
     /// Gain (1) of the working load cell that the propagator assumes.
     cell_gain: S,
@@ -35,7 +35,7 @@ pub(crate) struct Exponential<S: Num> {
 /// The state of the plant and of the method.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FastState<S> {
-    plant: ActuatorState<S>,
+    pub(crate) plant: ActuatorState<S>,
     memory: Memory<S>,
 }
 
@@ -75,9 +75,9 @@ impl<S: Num> Exponential<S> {
                 Ok(match rig(i).controller.realization {
                     Realization::Analog => {
                         let analog = Analog::pack(&|_| rig(i)).through((cell_gain(i), 0.0));
-                        Propagator::new(&plant, &analog, grid.step())
+                        Propagator::new(&plant, &analog, grid.step)
                     }
-                    Realization::Digital => Propagator::new(&plant, &Held(0.0), grid.step()),
+                    Realization::Digital => Propagator::new(&plant, &Held(0.0), grid.step),
                 })
             })
             .collect::<Result<Vec<_>>>()?;
@@ -100,12 +100,6 @@ impl<S: Num> Exponential<S> {
         FastState { plant, memory: Memory { flow, demand, ..Memory::default() } }
     }
 
-    /// The blocks of the plant.
-    #[inline(always)]
-    pub(crate) fn plant(&self) -> &PlainPlant<S> {
-        &self.plant
-    }
-
     /// The valve command (V) that `drive` gives at the start of its interval.
     #[inline(always)]
     pub(crate) fn driven_command(&self, state: &FastState<S>, drive: &impl Drive<S>) -> S {
@@ -122,7 +116,7 @@ impl<S: Num> Exponential<S> {
         grid: TimeGrid,
     ) -> FastState<S> {
         if grid.steps == 1 {
-            return self.step(state, ahead, drive, 0.0, grid.step());
+            return self.step(state, ahead, drive, 0.0, grid.step);
         }
         let mut copies = (*state, *ahead, *drive);
         self.many_steps(&mut copies, grid);
@@ -267,7 +261,7 @@ impl<S: Num, D: Drive<S>> Work for ManySteps<'_, S, D> {
     #[inline(always)]
     fn run(self) -> FastState<S> {
         let Self { integrator, mut state, mut ahead, drive, grid } = self;
-        let step = grid.step();
+        let step = grid.step;
         for n in 0..grid.steps {
             if n > 0 {
                 ahead = integrator.predict(&state);
@@ -316,12 +310,6 @@ impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
 }
 
 impl<S: Num> FastState<S> {
-    /// Valve, oil and piston.
-    #[inline(always)]
-    pub(crate) fn plant(&self) -> &ActuatorState<S> {
-        &self.plant
-    }
-
     /// Every number of the state.
     pub(crate) fn numbers(&mut self) -> [&mut S; 10] {
         let ActuatorState { pilot_flow, spool, load_pressure, displacement, velocity } = &mut self.plant;

@@ -133,16 +133,13 @@ impl<S: Num> PlainPlant<S> {
         let force = self.actuator.force(state.load_pressure);
         let pressure_rate = self.actuator.rate(terms.flow, state.load_pressure, state.velocity);
         let valve_command = valve.command(force, self.actuator.force(pressure_rate));
+        let left = force - terms.softening;
         ActuatorState {
             pilot_flow: self.pilot_valve.rate(valve_command, state.spool, state.pilot_flow),
             spool: self.spool.rate(state.pilot_flow, state.spool),
             load_pressure: pressure_rate,
             displacement: state.velocity,
-            velocity: self.story.linear_acceleration(
-                force - terms.softening,
-                state.displacement,
-                state.velocity,
-            ),
+            velocity: self.story.linear_acceleration(left, state.displacement, state.velocity),
         }
     }
 }
