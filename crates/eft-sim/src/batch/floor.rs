@@ -24,7 +24,7 @@ pub(super) struct Floor<S: Num> {
     estimates: InUse<S>,
     status: S::Flags,
     /// The tick of the block from which on the next ticks are recorded.
-    done: usize,
+    pub(super) done: usize,
     /// Forces (N) and displacements (m) of one block.
     forces: Vec<S>,
     displacements: Vec<S>,
@@ -62,11 +62,6 @@ impl<S: Num> Floor<S> {
             block: options.traces.then(|| Block::new(kept.iter().map(|test| test.rig))),
             whole: vec![[Vec::with_capacity(samples), Vec::with_capacity(samples)]; whole],
         }
-    }
-
-    /// Lets the next ticks of a block follow its first `done`.
-    pub(super) fn go_on_after(&mut self, done: usize) {
-        self.done = done;
     }
 
     /// Moves the first recorded ticks into the tests' traces.

@@ -85,7 +85,7 @@ impl SideBySide<'_> {
                 let end = soft_end.filter(|end| (start + done + 1..start + ticks).contains(end));
                 let segment = (end.map_or(ticks, |end| end - start) - done).min(longest);
                 let rest: Vec<_> = commands.iter().map(|commands| &commands[done..]).collect();
-                floors.iter_mut().for_each(|floor| floor.go_on_after(done));
+                floors.iter_mut().for_each(|floor| floor.done = done);
                 let ran = test.run(&rest, segment, &mut floors);
                 done += ran;
                 floors.iter_mut().for_each(|floor| floor.keep(ran));

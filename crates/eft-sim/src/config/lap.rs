@@ -88,14 +88,8 @@ impl RigConfig {
         // Beyond the curve's ends the last ratio continues.
         let ratio = |(found, opening): (f64, &f64)| found / curve.at(*opening);
         let ratios = flows.into_iter().zip(&openings).map(ratio);
-        Some(
-            table
-                .flows
-                .iter()
-                .zip(ratios)
-                .map(|(flow, r)| if *flow == 0.0 { 0.0 } else { flow * r })
-                .collect(),
-        )
+        let flow = |(flow, ratio): (&f64, f64)| if *flow == 0.0 { 0.0 } else { flow * ratio };
+        Some(table.flows.iter().zip(ratios).map(flow).collect())
     }
 }
 

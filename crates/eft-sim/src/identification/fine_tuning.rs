@@ -123,13 +123,11 @@ pub fn fine_tune(
     let allowed = "must be that of this rig, compensated: check gains, units and signs";
     checks::require(fit.gain > 0.2 && fit.gain < 5.0, "velocity", found, allowed)?;
     let level = rig.compensation.level / fit.gain;
+    let delay = rig.compensation.response_delay + fit.delay;
     let [natural_frequency, force_ratio, peak, valley] = spectra.look(&bins, width);
     Ok(FineTuning {
         level: Estimate::new(level, level * fit.gain_spread / fit.gain),
-        response_delay: Estimate::new(
-            (rig.compensation.response_delay + fit.delay).max(0.0),
-            fit.delay_spread,
-        ),
+        response_delay: Estimate::new(delay.max(0.0), fit.delay_spread),
         natural_frequency,
         force_ratio,
         peak,

@@ -101,11 +101,11 @@ impl Fade {
             parts.into_iter().map(|part| (part.start as f64 + shift, (part.end - 1) as f64 + shift)).collect()
         };
         let (first, second) = (there(response, 0.0), there(command, delay));
-        let (mut stretches, mut kept) = (Vec::new(), 0.0);
+        let (mut stretches, mut kept, least) = (Vec::new(), 0.0, 2.0 * ramp);
         let (mut i, mut j) = (0, 0);
         while let (Some(a), Some(b)) = (first.get(i), second.get(j)) {
             let both = (a.0.max(b.0), a.1.min(b.1));
-            if both.1 - both.0 >= 2.0 * ramp {
+            if both.1 - both.0 >= least {
                 kept += both.1 - both.0 + 1.0;
                 stretches.push(both);
             }
@@ -116,13 +116,10 @@ impl Fade {
             }
         }
         let found = format!("{samples} samples");
-        let allowed =
-            format!("must have more than {:.0}: four periods of the band's highest frequency", 2.0 * ramp);
-        checks::require((samples - 1) as f64 >= 2.0 * ramp, "command", found, allowed)?;
-        let found = format!(
-            "{kept:.0} of {samples} samples in stretches of more than {:.0} without a gap",
-            2.0 * ramp
-        );
+        let allowed = format!("must have more than {least:.0}: four periods of the band's highest frequency");
+        checks::require((samples - 1) as f64 >= least, "command", found, allowed)?;
+        let found =
+            format!("{kept:.0} of {samples} samples in stretches of more than {least:.0} without a gap");
         let allowed = "must be at least half";
         checks::require(2.0 * kept >= samples as f64, "command and response", found, allowed)?;
         Ok(Self { stretches, ramp, delay, samples })

@@ -8,29 +8,29 @@ pub(crate) struct LowPass {
     pole: f64,
     older: f64,
     newer: f64,
-    input: f64,
-    output: f64,
+    /// The last input and output; none before the first input, at which the filter is at rest.
+    last: Option<[f64; 2]>,
 }
 
 impl LowPass {
-    /// A filter with a bandwidth (Hz) at a sample rate (Hz), at rest at a signal.
-    pub(crate) fn new(bandwidth: f64, sample_rate: f64, signal: f64) -> Self {
+    /// A filter with a bandwidth (Hz) at a sample rate (Hz).
+    pub(crate) fn new(bandwidth: f64, sample_rate: f64) -> Self {
         let z = TAU * bandwidth / sample_rate;
         let pole = (-z).exp();
         let mean = -(-z).exp_m1() / z;
-        Self { pole, older: mean - pole, newer: 1.0 - mean, input: signal, output: signal }
+        Self { pole, older: mean - pole, newer: 1.0 - mean, last: None }
     }
 
     pub(crate) fn pass(&mut self, signal: f64) -> f64 {
-        self.output = self.pole * self.output + self.older * self.input + self.newer * signal;
-        self.input = signal;
-        self.output
+        let [input, output] = self.last.unwrap_or([signal; 2]);
+        let output = self.pole * output + self.older * input + self.newer * signal;
+        self.last = Some([signal, output]);
+        output
     }
 
     /// Visits every number of the state, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
-        visit(&mut self.input);
-        visit(&mut self.output);
+        self.last.iter_mut().flatten().for_each(visit);
     }
 }
 
@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn sine_comes_out_with_the_gain_and_phase_of_a_first_order_lag() {
         let (bandwidth, frequency, rate) = (100.0, 40.0, 8192.0);
-        let mut filter = LowPass::new(bandwidth, rate, 0.0);
+        let mut filter = LowPass::new(bandwidth, rate);
         let ratio: f64 = frequency / bandwidth;
         let (gain, lag) = (1.0 / (1.0 + ratio * ratio).sqrt(), ratio.atan());
         for n in 0..8192 {

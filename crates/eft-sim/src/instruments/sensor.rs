@@ -45,7 +45,7 @@ pub(crate) struct Sensor<S: Num> {
     /// Lanes with an ideal sensor.
     exact: S::Mask,
     /// Empty if no lane has a bandwidth.
-    filters: Vec<Filter>,
+    filters: Vec<Option<LowPass>>,
     gain: S,
     bias: S,
     deviation: S,
@@ -53,22 +53,6 @@ pub(crate) struct Sensor<S: Num> {
     noise: Option<NoiseLanes<S>>,
     /// Empty if in every lane the reading equals the analog output.
     ends: Vec<End>,
-}
-
-/// A bandwidth and its filter, which exists from the first tick on.
-#[derive(Debug, Clone)]
-struct Filter {
-    bandwidth: Option<f64>,
-    low_pass: Option<LowPass>,
-    sample_rate: f64,
-}
-
-impl Filter {
-    fn pass(&mut self, signal: f64) -> f64 {
-        let Some(bandwidth) = self.bandwidth else { return signal };
-        let rate = self.sample_rate;
-        self.low_pass.get_or_insert_with(|| LowPass::new(bandwidth, rate, signal)).pass(signal)
-    }
 }
 
 /// The digital part of a sensor, after its analog output.
@@ -91,10 +75,9 @@ impl<S: Num> Sensor<S> {
     pub(crate) fn new<'a>(of: &dyn Fn(usize) -> Described<'a>, sample_rate: f64, stream: u64) -> Self {
         let lanes: Vec<_> = (0..S::LANES).map(of).collect();
         let number = |value: fn(&config::Sensor) -> f64| S::from_lanes(|i| value(lanes[i].0));
-        let filter =
-            |lane: &Described<'_>| Filter { bandwidth: lane.0.bandwidth, low_pass: None, sample_rate };
+        let filter = |lane: &Described<'_>| lane.0.bandwidth.map(|corner| LowPass::new(corner, sample_rate));
         let mut filters: Vec<_> = lanes.iter().map(filter).collect();
-        if filters.iter().all(|filter| filter.bandwidth.is_none()) {
+        if filters.iter().all(Option::is_none) {
             filters.clear();
         }
         let mut ends: Vec<_> = lanes.iter().map(|lane| End::new(lane, stream + 1)).collect();
@@ -122,7 +105,9 @@ impl<S: Num> Sensor<S> {
         }
         let mut passed = signal;
         if !self.filters.is_empty() {
-            passed = S::from_lanes(|i| self.filters[i].pass(signal.lane(i)));
+            let lanes = &mut self.filters;
+            passed =
+                S::from_lanes(|i| lanes[i].as_mut().map_or(signal.lane(i), |one| one.pass(signal.lane(i))));
         }
         let mut error = self.bias;
         if let Some(noise) = &mut self.noise {
@@ -145,10 +130,7 @@ impl<S: Num> Sensor<S> {
 
     /// Visits every number of the state after the first reading, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
-        self.filters
-            .iter_mut()
-            .filter_map(|filter| filter.low_pass.as_mut())
-            .for_each(|one| one.numbers(visit));
+        self.filters.iter_mut().flatten().for_each(|filter| filter.numbers(visit));
         for end in &mut self.ends {
             visit(&mut end.stuck_at);
             end.pending.iter_mut().for_each(&mut *visit);

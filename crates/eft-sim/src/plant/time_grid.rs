@@ -12,6 +12,7 @@ pub(crate) struct TimeGrid {
     pub(crate) sample_rate: f64,
     /// Integration steps per tick.
     pub(crate) steps: u32,
+    /// Length of an integration step (s).
     pub(crate) step: f64,
 }
 

@@ -95,10 +95,8 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
         driven_row += (compensated * controller.proportional_gain - fed_back * controller.force_sensitivity)
             * plant.per_volt;
         let compensating = controller.proportional_gain * direct;
-        let (proportional, derivative) = (
-            controller.proportional_gain * controller.force_sensitivity,
-            controller.derivative_gain * controller.force_sensitivity,
-        );
+        let [proportional, derivative] = [controller.proportional_gain, controller.derivative_gain]
+            .map(|gain| gain * controller.force_sensitivity);
         b[(driven, i)] = plant.per_volt * (proportional + compensating * opening_b);
         r[(driven, i)] = plant.per_volt * (derivative + compensating * opening_r);
     }

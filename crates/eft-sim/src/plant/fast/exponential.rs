@@ -24,6 +24,7 @@ const SUBSTEPS: u32 = 2;
 /// The plant with the method's coefficients, one rig or several side by side.
 #[derive(Debug, Clone)]
 pub(crate) struct Exponential<S: Num> {
+    /// The blocks of the plant.
     pub(crate) plant: PlainPlant<S>,
     propagator: Propagator<S>,
     /// Gain (1) of the working load cell that the propagator assumes.
@@ -35,6 +36,7 @@ pub(crate) struct Exponential<S: Num> {
 /// The state of the plant and of the method.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FastState<S> {
+    /// Valve, oil and piston.
     pub(crate) plant: ActuatorState<S>,
     memory: Memory<S>,
 }
