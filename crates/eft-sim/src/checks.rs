@@ -37,12 +37,8 @@ pub(crate) fn sample_rate(parameter: &str, value: f64) -> Result<()> {
     within(parameter, value, 1e-6, 1e9, "Hz")
 }
 
-/// Rejects a time step (s) outside the range of real records.
-pub(crate) fn time_step(parameter: &str, value: f64) -> Result<()> {
-    within(parameter, value, 1e-9, 1e6, "s")
-}
-
-fn within(parameter: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
+/// Rejects a value outside a range.
+pub(crate) fn within(parameter: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
     let allowed = format!("must lie within {} and {} {unit}", Short(low), Short(high));
     require((low..=high).contains(&value), parameter, Short(value), allowed)
 }

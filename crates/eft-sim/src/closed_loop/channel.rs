@@ -67,19 +67,15 @@ impl<P: Precision> Learning<P> {
 
 /// The core's refusal of a saved calibration, with the remedy if it is of another flow table.
 fn of_another_table(error: ConfigError) -> Error {
+    const KEY: &str = "calibration.greatest_flow";
     match error {
-        ConfigError::OutOfRange {
-            parameter: parameter @ "calibration.greatest_flow",
-            value,
-            lowest,
-            highest,
-        } => {
+        ConfigError::OutOfRange { parameter: KEY, value, lowest, highest } => {
             let own = 0.5 * (lowest + highest);
             let allowed = format!(
                 "must be the greatest flow of this rig's flow table, {own:.6} m³/s; leave out the calibration of \
                  another table"
             );
-            Error::value(parameter, format!("{value:.6}"), allowed)
+            Error::value(KEY, format!("{value:.6}"), allowed)
         }
         other => other.into(),
     }

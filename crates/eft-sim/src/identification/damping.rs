@@ -45,15 +45,11 @@ pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<Dampin
     let rms = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>().sqrt();
     let decay =
         ((rms(&rest[..half]) / rms(&rest[half..]).max(1e-300)).ln() / (0.5 * duration)).clamp(0.0, omega);
-    let mut best: Option<(f64, SVector<f64, 6>, SMatrix<f64, 6, 6>)> = None;
     // The fit may miss the frequency from a start with strong damping, and the decay from one with weak
     // damping. Several starts are cheap.
-    for start in [decay, 0.3 * decay, 0.02 * omega, 0.1 * omega] {
-        let found = refine(displacement, &there, sample_rate, start, omega);
-        if let Some(found) = found.filter(|found| best.as_ref().is_none_or(|best| found.0 < best.0)) {
-            best = Some(found);
-        }
-    }
+    let starts = [decay, 0.3 * decay, 0.02 * omega, 0.1 * omega];
+    let fits = starts.into_iter().filter_map(|start| refine(displacement, &there, sample_rate, start, omega));
+    let best = fits.min_by(|fit, other| fit.0.total_cmp(&other.0));
     let refused = |found: String| Error::value("displacement", found, "must be one decaying oscillation");
     let (cost, p, inverse) = best.ok_or_else(|| refused("no fit".into()))?;
     if cost > 0.25 * energy {

@@ -152,18 +152,9 @@ impl<S: Num> Analog<S> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ThroughCell<S> {
     pub(crate) analog: Analog<S>,
-    gain: S,
-    offset: S,
-    authority: S,
-}
-
-impl<S: Num> ThroughCell<S> {
-    /// The same with a factor (1) on the valve command.
-    #[inline(always)]
-    pub(crate) fn limited_to(mut self, authority: S) -> Self {
-        self.authority = authority;
-        self
-    }
+    pub(crate) gain: S,
+    pub(crate) offset: S,
+    pub(crate) authority: S,
 }
 
 impl<S: Num> Drive<S> for ThroughCell<S> {

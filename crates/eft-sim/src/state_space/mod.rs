@@ -22,7 +22,7 @@ pub(crate) const AT_REST: f64 = 1e-9;
 /// Outputs: force (N), displacement (m), velocity (m/s), spool opening (1), load pressure (Pa); of a sampled
 /// model also the compensation signal (V). The names of a building end with the number of the actuator, from
 /// 1.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct StateSpace {
     /// State matrix.
     pub a: DMatrix<f64>,

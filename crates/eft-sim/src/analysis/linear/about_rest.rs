@@ -88,11 +88,8 @@ fn in_band([a, inputs, outputs]: [&DMatrix<f64>; 3], sample_rate: f64) -> Option
         b: inputs.select_columns(&noisy),
         c: outputs.clone(),
         d: DMatrix::zeros(outputs.nrows(), noisy.len()),
-        states: Vec::new(),
-        inputs: Vec::new(),
-        outputs: Vec::new(),
-        left_out: Vec::new(),
         sample_time: Some(1.0 / sample_rate),
+        ..StateSpace::default()
     };
     let responses = Responses::new(&model, &(0..squares.len()).collect::<Vec<_>>());
     let step = (highest - lowest) / f64::from(FREQUENCIES);

@@ -6,7 +6,7 @@ use crate::closed_loop::digital_side::parts::{CellReading, DigitalSide, Feedback
 use crate::closed_loop::{DigitalOutput, Precision};
 use crate::config::Realization;
 use crate::lanes::Num;
-use crate::plant::{Driver, Signals};
+use crate::plant::{Driver, Signals, ThroughCell};
 
 /// The outputs of the controllers.
 #[derive(Debug, Clone, Copy)]
@@ -90,7 +90,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             Driver::analog(behind, true)
         } else {
             let whole = cell.ideal && out.authority.ge(S::splat(1.0)).all();
-            Driver::analog(behind.limited_to(out.authority), whole && !open)
+            Driver::analog(ThroughCell { authority: out.authority, ..behind }, whole && !open)
         };
         let valve_command = if self.traces { plant.command(&driver) } else { S::splat(0.0) };
         DigitalOutput { measured, valve_command, compensation: output, status, driver }

@@ -42,11 +42,9 @@ fn notes(parts: &Parts, target: Target) -> Vec<String> {
                 notes.push("The analog controller's valve command, V, is sampled with the rest.".to_owned());
             }
             if p.protection.is_some() {
-                notes.push(
-                    "It follows the command that the protection permits, and its valve command is multiplied by the \
-                     protection's authority."
-                        .to_owned(),
-                );
+                let protected = "It follows the command that the protection permits, and its valve command is \
+                     multiplied by the protection's authority.";
+                notes.push(protected.to_owned());
             }
         }
     }

@@ -44,15 +44,13 @@ impl Columns {
             ([], 1, None) => 0,
             ([], 2, Some(time)) => 1 - time,
             ([], 2, None) => return Ok(Self::unnamed(width)),
-            _ => {
-                return Err(Fault::at(line, no_choice(&likely, names)));
-            }
+            _ => return Err(Fault::at(line, no_choice(&likely, names))),
         };
         let other = names[acceleration];
         if likely.is_empty() && is_other_quantity(other) {
             return Err(Fault::at(line, format!("`{}` is not an acceleration", shown(other))));
         }
-        let in_milliseconds = time.is_some_and(|at| unit_words(names[at]).any(|unit| unit == "ms"));
+        let in_milliseconds = time.is_some_and(|at| words(names[at]).iter().skip(1).any(|unit| unit == "ms"));
         Ok(Self {
             time,
             time_unit: if in_milliseconds { 1e-3 } else { 1.0 },
@@ -176,11 +174,6 @@ fn words(name: &str) -> Vec<String> {
     name.split(separator).filter(|word| !word.is_empty()).map(str::to_lowercase).collect()
 }
 
-/// The parts of a name after its first word, which may be a unit.
-fn unit_words(name: &str) -> impl Iterator<Item = String> {
-    words(name).into_iter().skip(1)
-}
-
 fn is_time(name: &str) -> bool {
     words(name).first().is_some_and(|word| matches!(word.as_str(), "t" | "time" | "times" | "s" | "sec"))
 }
@@ -193,9 +186,8 @@ fn is_acceleration(name: &str) -> bool {
 }
 
 fn is_other_quantity(name: &str) -> bool {
-    words(name)
-        .first()
-        .is_some_and(|word| ["vel", "disp", "force"].iter().any(|other| word.starts_with(other)))
+    let starts_other = |word: &String| ["vel", "disp", "force"].iter().any(|other| word.starts_with(other));
+    words(name).first().is_some_and(starts_other)
 }
 
 /// The unit at the end of a name: `g` in `ag_g`, `m/s^2` in `Acceleration (m/s^2)`, or the whole name.
