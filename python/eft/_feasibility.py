@@ -58,8 +58,8 @@ class Feasibility(Result):
     leakage."""
     force_error: float | None
     """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms. For a
-    command with power above 20 Hz it is that below 100 Hz, and with a guard that of a loop in which it does
-    not act. None with more than half of the power above 20 Hz, or without a stable linear model."""
+    command with power above 20 Hz it is that below 100 Hz. With a guard alone on an unstable loop it is at
+    least this. None with more than half of the power above 20 Hz, or without a stable linear model."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
     left_out: tuple[str, ...]
@@ -76,10 +76,13 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     For a shear building the demands are those of the actuator with the largest ones; the pump's mean flow is
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
-    ``eft check`` runs such a test.
+    ``eft check`` runs such a test. It is a "no" if the loop stays unstable after the calibration, or at the
+    level to which the guard reduces it.
 
     The errors of force and displacement are those of the linear model in the long run, after a
     self-calibration as far as its estimates reach. All controllers of a building are taken to learn the same.
+    With a guard alone they are those at the configured level until the motion is large enough for it, and
+    those at the reduced level from then on. In an unstable loop the motion grows until the guard stops it.
     A large opening, a limit, or a signal that stays within one step for many samples makes larger errors.
     They contain:
 

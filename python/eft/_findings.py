@@ -173,8 +173,9 @@ def _reach(facts: Facts) -> Iterator[Finding]:
 
 
 def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
-    """Stability and margins about rest; with self-calibration, those after the calibration."""
+    """Stability and margins about rest, after the calibration or after a guard on an unstable loop."""
     learns = rig["compensation.adaptive"]
+    guards = rig["compensation.guard"] and not learns
     names = ("level_margin", "dead_time", "gain_margin")
     level, dead_time, gain = (
         max(rig[f"verdict.{grade}.{name}"] for grade in ("caution", "no")) for name in names
@@ -183,10 +184,13 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
         judged = _native.learned(rig, rate) if learns else rig
         growth, within = _native.margins_within(judged, rate, level, dead_time, gain, "steeper")
         first = _native.margins_within(rig, rate, 1.0, -1.0, 1.0, "steeper") if learns else (growth, within)
+        if guards and within is None:
+            guarded = _native.guarded(rig, rate)
+            growth, within = _native.margins_within(guarded, rate, level, dead_time, gain, "steeper")
     except ValueError:
         return  # there is no linear model: too many delays, or no slope at rest
     if not outside and None in (first[1], within):
-        yield _unstable(rig, rate, first[0], growth if learns else None)
+        yield _unstable(rig, rate, first[0], growth if learns or guards else None)
     if within is None:
         return
     level, dead_time, gain = within
@@ -204,7 +208,8 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
             f"{1e3 * rig['verdict.caution.dead_time']:.2g} ms.",
             better_loop(rig, gain),
         )
-    if not learns and not outside and (grade := below(rig, "level_margin", level)) is not None:
+    guarded = guards and first[1] is None
+    if not (learns or guarded or outside) and (grade := below(rig, "level_margin", level)) is not None:
         yield Finding(
             grade,
             f"The largest stable level is {level * rig['compensation.level']:.4f}: the flow gain must be "
@@ -214,21 +219,17 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
 
 
 def _unstable(rig: Rig, rate: float, growth: float, sound: float | None) -> Finding:
-    """The finding on an unstable loop, before or after a `sound` calibration."""
+    """The finding on an unstable loop; `sound` is its growth after calibration or guard."""
     at = f"at {rate:g} Hz"
+    learns = rig["compensation.adaptive"]
     if sound is not None and sound > 0.0:
-        sentence = f"The loop is unstable {at} even after self-calibration: it grows at {sound:.3g} 1/s."
+        after = "after self-calibration" if learns else "at the level to which the guard reduces it"
+        sentence = f"The loop is unstable {at} even {after}: it grows at {sound:.3g} 1/s."
         return Finding("no", sentence, better_loop(rig, None))
     if sound is not None:
-        return Finding(
-            "caution", f"Before self-calibration the loop is unstable {at}: it grows at {growth:.3g} 1/s."
-        )
-    if rig["compensation.guard"]:
-        return Finding(
-            "caution",
-            f"Before the guard acts the loop is unstable {at}: it grows at {growth:.3g} 1/s.",
-            SELF_CALIBRATION,
-        )
+        before = "self-calibration" if learns else "the guard acts"
+        sentence = f"Before {before} the loop is unstable {at}: it grows at {growth:.3g} 1/s."
+        return Finding("caution", sentence, () if learns else SELF_CALIBRATION)
     try:
         stability_margin(rig, sampled=True, sample_rate=rate, flow_gain="steeper")
     except ValueError:

@@ -184,6 +184,12 @@ pub(crate) fn learned(rig: GivenRig, #[pyo3(from_py_with = real_number)] sample_
     Ok(Rig { config: eft_sim::learned(&rig.config, sample_rate).map_err(to_python)? })
 }
 
+/// Return the rig with the level to which a guard alone will have reduced it at a sample rate (Hz).
+#[pyfunction]
+pub(crate) fn guarded(rig: GivenRig, #[pyo3(from_py_with = real_number)] sample_rate: f64) -> PyResult<Rig> {
+    Ok(Rig { config: eft_sim::guarded(&rig.config, sample_rate).map_err(to_python)? })
+}
+
 /// Return the errors of a test at small motion as the linear model predicts them, or `None` if it cannot.
 ///
 /// Returns

@@ -123,14 +123,14 @@ fn calibrated(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
 }
 
 /// Root-mean-square frequency of a motion.
-struct Motion {
+pub(super) struct Motion {
     /// In rad/s.
-    angular: f64,
+    pub(super) angular: f64,
     /// The velocity in use over the true one, at this frequency.
-    used_over_true: Complex<f64>,
+    pub(super) used_over_true: Complex<f64>,
 }
 
-fn motion(rig: &RigConfig, sample_rate: f64) -> Result<Motion> {
+pub(super) fn motion(rig: &RigConfig, sample_rate: f64) -> Result<Motion> {
     let model = linearize(rig, FlowGain::Nominal, Time::Sampled(sample_rate))?;
     // In a building that of the top floor under its own force, which is mostly that of the first mode. All controllers are taken
     // to learn the same.

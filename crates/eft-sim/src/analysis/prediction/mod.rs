@@ -1,5 +1,6 @@
 //! The errors of a test, predicted with the linear model before it.
 
+mod guard;
 mod nonlinear;
 mod signals;
 mod unmodelled;
@@ -8,7 +9,7 @@ use self::nonlinear::{NOTICED, Unknown};
 use self::signals::{Faded, Signals, Spectrum};
 pub use self::unmodelled::Play;
 use crate::analysis::linear::{AboutRest, Complex, FlowGain, StateSpace, about_rest, disturbed};
-use crate::analysis::{Unreached, after_learning};
+use crate::analysis::{Unreached, after_guard, after_learning};
 use crate::config::{ForceLoop, RigConfig};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
@@ -60,8 +61,9 @@ pub struct PredictedError {
 /// The errors of a test with force commands, one per actuator, in the long run: below 20 Hz, or below 100 Hz
 /// for a command with power above 20 Hz.
 ///
-/// With self-calibration they are those after it, and with a guard those of a loop in which it does not act. `None` without a
-/// stable linear model, or with more than half of the command's power above 20 Hz.
+/// With self-calibration they are those after it. With a guard alone they are those of the configured level until it acts, and of
+/// the reduced one from then on. Of an unstable loop they are then at least these. `None` without a stable linear model, or with
+/// more than half of the command's power above 20 Hz.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
@@ -72,11 +74,24 @@ pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Predictio
     let found = |rig: &RigConfig| {
         // An unknown lap disturbs the loop with the known one.
         let told = rig.varied(|values| values.servovalve.overlap = rig.servovalve.overlap);
-        let (judged, unreached) = if learns { after_learning(&told, rate)? } else { (told, Vec::new()) };
-        let model = disturbed(&judged, FlowGain::Mean, rate)?;
+        let (mut judged, unreached) = if learns { after_learning(&told, rate)? } else { (told, Vec::new()) };
+        let mut model = disturbed(&judged, FlowGain::Mean, rate)?;
+        let (mut before, mut swing) = (None, 0.0);
+        if let Some(guarded) = after_guard(&judged, rate)? {
+            let growth = model.growth_rate()?;
+            if growth > 0.0 {
+                model = disturbed(&guarded.rig, FlowGain::Mean, rate)?;
+                let duration = first.values.len() as f64 / rate;
+                swing = guard::swing(&guarded, growth, model.growth_rate()?, duration);
+                judged = guarded.rig;
+            } else if let Some(sample) = guard::reduced(&guarded, &model, commands)? {
+                let whole = std::mem::replace(&mut model, disturbed(&guarded.rig, FlowGain::Mean, rate)?);
+                (judged, before) = (guarded.rig, Some((whole, sample)));
+            }
+        }
         // Noise acts at every opening of the motion, where the curve is less steep than at rest.
         let at_rest = about_rest(&judged, FlowGain::Nominal, rate)?;
-        let found = errors(rig, &judged, &model, at_rest, commands)?;
+        let found = errors(rig, &judged, &model, (before, swing), at_rest, commands)?;
         Ok(found.map(|prediction| Prediction { unreached, ..prediction }))
     };
     let predicted = || {
@@ -113,6 +128,7 @@ fn errors(
     rig: &RigConfig,
     judged: &RigConfig,
     model: &StateSpace,
+    (before, swing): (Option<(StateSpace, usize)>, f64),
     mut at_rest: AboutRest,
     commands: &[Command],
 ) -> Result<Option<Prediction>> {
@@ -129,6 +145,9 @@ fn errors(
     }
     let Some(faded) = Faded::of(commands)? else { return Ok(None) };
     let mut signals = Signals::of(model, commands, &faded)?;
+    if let Some((before, sample)) = before {
+        signals = guard::switched(Signals::of(&before, commands, &faded)?, signals, &faded, sample)?;
+    }
     if unknown.any() {
         unknown.disturb(judged, model, &faded, &mut signals)?;
     }
@@ -140,7 +159,8 @@ fn errors(
         let error = |which: usize, missed: Spectrum, wanted: f64| {
             let held = at_rest.constants.iter().map(|(_, all)| all[i][which]).sum();
             let noise = at_rest.deviations[i][which];
-            let whole = faded.rms(missed, held)?.hypot(noise);
+            let swing = if which == 1 { swing } else { 0.0 };
+            let whole = faded.rms(missed, held)?.hypot(noise).hypot(swing);
             let constant = faded.rms(own.by_null[which].clone(), held)?;
             Ok::<_, Error>([whole, noise, constant].map(|part| part / wanted))
         };

@@ -1,0 +1,61 @@
+//! The rig as the overcompensation guard alone will have set its level.
+
+use std::f64::consts::TAU;
+
+use crate::analysis::learned::motion;
+use crate::analysis::linear::{Complex, compensated_share, delay_budget, lead_response, valve_response};
+use crate::config::RigConfig;
+use crate::error::Result;
+
+/// Lowest factor (1) of the guard on the level.
+const LOWEST: f64 = 0.5;
+/// Overcompensation (1) at which the guard begins to act, and the same with an integral part in the loop.
+const TOLERATED: (f64, f64) = (0.01, 0.03);
+/// Band (Hz) of the delay budget.
+const BUDGET: (f64, f64) = (0.25, 10.0);
+
+/// A rig whose compensation exceeds what its guard tolerates.
+#[derive(Debug, Clone)]
+pub(crate) struct Guarded {
+    /// With the level at which the force error feeds no energy into the motion, as far as the guard reduces it.
+    pub rig: RigConfig,
+    /// Overcompensation (1) at the rig's own level, over the tolerated one.
+    pub excess: f64,
+    /// Frequency (rad/s) of the motion.
+    pub angular: f64,
+}
+
+/// The rig after its guard, without self-calibration, has reduced the level at a sample rate (Hz), or as it is.
+///
+/// # Errors
+/// As [`linearize`](crate::analysis::linear::linearize); a design that does not exist at this rate.
+pub fn guarded(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
+    Ok(after_guard(rig, sample_rate)?.map_or_else(|| rig.clone(), |found| found.rig))
+}
+
+/// As [`guarded`]; `None` if the guard does not act.
+///
+/// # Errors
+/// As [`guarded`].
+pub(crate) fn after_guard(rig: &RigConfig, sample_rate: f64) -> Result<Option<Guarded>> {
+    let compensation = &rig.compensation;
+    if !compensation.guard || compensation.adaptive || compensation.level == 0.0 {
+        return Ok(None);
+    }
+    let fixed = rig.with_fixed_gains(sample_rate)?;
+    let motion = motion(&fixed, sample_rate)?;
+    let (frequency, used) = (motion.angular / TAU, motion.used_over_true);
+    let budget = delay_budget(rig, sample_rate, BUDGET)?;
+    let late = Complex::from_polar(1.0, -motion.angular * (budget.hold + budget.computation));
+    let supplied = lead_response(rig, frequency) * valve_response(rig, frequency) * late;
+    // The error in phase with the velocity in use vanishes at this level.
+    let full = compensated_share(&fixed)? * supplied.re;
+    let whole = used.re / used.norm_sqr();
+    let tolerated = if fixed.controller.integrates() { TOLERATED.1 } else { TOLERATED.0 };
+    let excess = (full - whole) / tolerated;
+    Ok((excess > 1.0).then(|| {
+        let factor = (whole / full).max(LOWEST);
+        let rig = fixed.varied(|values| values.compensation.level *= factor);
+        Guarded { rig, excess, angular: motion.angular }
+    }))
+}
