@@ -10,9 +10,9 @@ import numpy as np
 
 from eft import _native
 from eft._display import shown
-from eft._findings import GRADES, Finding, Grade, of_demands, of_loop, of_protection, of_supply, worst
+from eft._findings import GRADES, Finding, Grade, above, of_demands, of_loop, of_protection, of_supply, worst
 from eft._native import Command, Rig
-from eft._prediction import of_droop, of_prediction, predicted
+from eft._prediction import Prediction, of_droop, of_prediction, predicted
 from eft._results import Result
 from eft._status import Status, cause_of
 
@@ -91,7 +91,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
       self-calibration learns, with a bias of the velocity in it, counts wholly for the first 0.8 s;
     - an unknown lap of the spool, to first order. Above a fiftieth of the opening it makes larger force
       errors, and ``left_out`` names it;
-    - friction, in the force's error only.
+    - friction, in the force's error only;
+    - flow curve and load pressure without the nonlinear scheme, to first order. Only if they make an error
+      near its limit, a simpler scheme than the advised one is a caution.
 
     The pressure to which the supply falls under the flow of the demands is judged as after the test, by
     ``verdict.caution.supply_pressure`` and ``verdict.no.supply_pressure``. These are cautions as well:
@@ -132,12 +134,12 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     """
     found = _native.check_feasibility(rig, command)
     rate = command.sample_rate
-    findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate)]
+    errors = predicted(rig, command)
+    findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate, errors)]
     findings += of_supply(rig, found["lowest_supply_pressure"], found["demands"])
     findings += of_protection(rig, rate)
     findings += _at_rest(rig, command)
     findings += _start(rig, command, found["demands"])
-    errors = predicted(rig, command)
     left_out = _left_out(rig, rate) if errors is None else errors.left_out
     if errors is not None:
         findings += of_prediction(rig, rate, errors)
@@ -205,12 +207,20 @@ def _start(rig: Rig, command: Command, demands: Iterable[Mapping[str, Any]]) -> 
 
 
 _SCHEMES = ("off", "linear", "nonlinear")
+NEARLY = 0.8
+"""Share of a limit up to which a predicted error is certain enough for a simpler scheme."""
 
 
-def _settings(rig: Rig, found: Mapping[str, Any], rate: float) -> Iterator[Finding]:
+def _settings(
+    rig: Rig, found: Mapping[str, Any], rate: float, errors: Prediction | None
+) -> Iterator[Finding]:
     """Findings on a scheme that is too simple and a sample rate that is too low."""
     mode, needed, least = rig["compensation.mode"], found["scheme"], found["smallest_sample_rate"]
-    if _SCHEMES.index(mode) < _SCHEMES.index(needed):
+    fine = errors is not None and not (
+        above(rig, "force_error", errors.force.whole / NEARLY)
+        or above(rig, "displacement_error", errors.displacement.whole / NEARLY)
+    )
+    if _SCHEMES.index(mode) < _SCHEMES.index(needed) and not fine:
         change = (("compensation.mode", needed),)
         yield Finding("caution", f"{needed.capitalize()} compensation is needed, {mode} is set.", change)
     # Without a safe rate the rate is not the cause, and the loop has its own finding.

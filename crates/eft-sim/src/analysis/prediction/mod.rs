@@ -1,5 +1,6 @@
 //! The errors of a test, predicted with the linear model before it.
 
+mod curve;
 mod guard;
 mod nonlinear;
 mod signals;
@@ -133,7 +134,7 @@ fn errors(
     commands: &[Command],
 ) -> Result<Option<Prediction>> {
     let mut left_out = left_out(rig, model);
-    let mut unknown = Unknown::of(rig);
+    let mut unknown = Unknown::of(rig)?;
     let null_learned = learns_null(rig);
     if null_learned {
         // As long as nothing is learned the whole force is there.

@@ -1,11 +1,13 @@
-//! The effect of a lap and a null that the controller does not know, and of friction, to first order.
+//! The effect of a lap and a null that the controller does not know, of friction, and of a flow curve that the scheme
+//! does not compensate for, to first order.
 //!
 //! Lap and friction follow the sign of a signal of the linear loop. An unknown overlap `Δ` takes the opening `Δ` from an open
 //! valve. Friction takes its force from a moving piston. The compensation is assumed to supply the flow of the motion.
 
 use crate::analysis::linear::{Complex, DMatrix, Disturbance, StateSpace, valve_response};
+use crate::analysis::prediction::curve::Curve;
 use crate::analysis::prediction::signals::{Faded, Signals, Spectrum, outputs};
-use crate::config::{Realization, RigConfig};
+use crate::config::{Mode, Realization, RigConfig};
 use crate::error::Result;
 
 /// Power beside that of an error that raises the error by a tenth (1).
@@ -22,7 +24,7 @@ const FIRST_NODE: f64 = 1.0 / 7.0;
 
 /// The lap and the null that are not known, and the friction. A known friction improves the learning, but hardly the force, because the
 /// loop must still compress the oil at each reversal.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Unknown {
     /// True overlap less the known one (1).
     overlap: f64,
@@ -33,6 +35,8 @@ pub(super) struct Unknown {
     /// Friction (N), and the velocity (m/s) beyond which it is complete.
     friction: f64,
     friction_velocity: f64,
+    /// The valve, unless the scheme compensates for it.
+    curve: Option<Curve>,
     learned: Learned,
 }
 
@@ -47,25 +51,27 @@ enum Learned {
 }
 
 impl Unknown {
-    pub(super) fn of(rig: &RigConfig) -> Self {
+    pub(super) fn of(rig: &RigConfig) -> Result<Self> {
         let plant = rig.plant();
         let valve = &plant.servovalve;
-        Self {
+        let learns = rig.compensation.adaptive && rig.compensation.mode != Mode::Off;
+        Ok(Self {
+            curve: Curve::of(rig)?,
             overlap: valve.overlap - rig.servovalve.overlap,
             null: rig.opening_at_rest(0) - valve.null_bias,
             underlap: (-rig.servovalve.overlap).max(0.0),
             friction: plant.actuator.friction,
             friction_velocity: plant.actuator.friction_velocity,
-            learned: match (rig.compensation.adaptive, rig.compensation.corrects_curve()) {
+            learned: match (learns, rig.compensation.corrects_curve()) {
                 (false, _) => Learned::Nothing,
                 (true, false) => Learned::FlowGain,
                 (true, true) => Learned::Curve,
             },
-        }
+        })
     }
 
     pub(super) fn any(&self) -> bool {
-        self.overlap != 0.0 || self.null != 0.0 || self.friction != 0.0
+        self.overlap != 0.0 || self.null != 0.0 || self.friction != 0.0 || self.curve.is_some()
     }
 
     /// Whether the lap is too large beside the root-mean-square opening (1): an unknown one for a first order, a known one
@@ -125,9 +131,22 @@ impl Unknown {
             Learned::FlowGain => share * x,
             Learned::Curve => overlap * (x / node).clamp(-1.0, 1.0),
         };
+        let mut lost: Vec<f64> = opening.iter().map(|x| compensated(*x) - lap(*x)).collect();
+        if let Some(curve) = &self.curve {
+            let forces = faded.signal(own.command.clone())?;
+            let beyond: Vec<f64> =
+                opening.iter().zip(forces).map(|(x, f)| curve.beyond_linear(*x, f)).collect();
+            let learned = match self.learned {
+                Learned::Nothing => 0.0,
+                _ => opening.iter().zip(&beyond).map(|(x, beyond)| x * beyond).sum::<f64>() / square,
+            };
+            for ((lost, x), beyond) in lost.iter_mut().zip(&opening).zip(beyond) {
+                *lost += beyond - learned * x;
+            }
+        }
         let rub = |v: f64| -self.friction * v / v.hypot(self.friction_velocity);
         Ok(Lost {
-            opening: wide.spectrum(opening.iter().map(|x| compensated(*x) - lap(*x)))?,
+            opening: wide.spectrum(lost)?,
             force: wide.spectrum(faded.signal(own.velocity.clone())?.map(rub))?,
         })
     }
