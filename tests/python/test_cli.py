@@ -234,20 +234,29 @@ def test_check_gives_the_verdict_of_the_library_and_the_test_on_the_virtual_rig(
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.parametrize("rate", [1800.0, 2400.0])
-def test_check_gives_the_worse_verdict_of_before_the_test_and_after_it(rate, folder, capsys):
+@pytest.mark.parametrize(("amplitude", "rate"), [(4000.0, 1800.0), (6000.0, 2400.0)])
+def test_check_gives_the_worse_verdict_of_before_the_test_and_after_it(amplitude, rate, folder, capsys):
     changes = {
         "compensation.mode": "linear",
         "controller.force_loop": "robust",
-        "compensation.adaptive": True,
         "compensation.feedforward": True,
         "compensation.look_ahead": True,
     }
-    rig, command = eft.Rig.zhao2005().replace(changes), eft.sine_sweep(4000.0, 0.0, 10.0, 8.0, rate)
+    rig, command = eft.Rig.zhao2005().replace(changes), eft.sine_sweep(amplitude, 0.0, 10.0, 8.0, rate)
     before, after = eft.check_feasibility(rig, command), eft.simulate(rig, command).verdict
     assert (before.verdict, after.grade) == ("caution", "go")
-    (folder / "learns.toml").write_text(rig.to_toml(), encoding="utf-8")
-    sweep = ["--rig", "learns.toml", "--sweep", "4000", "0", "10", "8", "--sample-rate", f"{rate:g}"]
+    (folder / "linear.toml").write_text(rig.to_toml(), encoding="utf-8")
+    sweep = [
+        "--rig",
+        "linear.toml",
+        "--sweep",
+        f"{amplitude:g}",
+        "0",
+        "10",
+        "8",
+        "--sample-rate",
+        f"{rate:g}",
+    ]
     assert main(["check", *sweep, "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["verdict"] == "caution"
