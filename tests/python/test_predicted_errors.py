@@ -440,3 +440,13 @@ def test_the_part_of_a_command_above_20_hz_is_predicted_as_well(loop, highest):
     named = any("(rms) above 30 Hz, where" in reason for reason in found.reasons)
     assert named == (metrics.oscillation > 0.05)
     assert (found.verdict == "go") == (run.verdict.grade == "go")
+
+
+@pytest.mark.parametrize("loop", ["pd", "robust"])
+def test_a_structure_without_a_spring_has_predicted_errors(loop):
+    free = {"structure.kind": "linear", "structure.stiffness": 0.0, "structure.damping": 8000.0}
+    rig = RIG.replace(free | NOISE | {"controller.force_loop": loop, "compensation.level": 0.95})
+    command = eft.sine_sweep(2000.0, 0.5, 10.0, 16.0, 4096.0)
+    found, metrics = eft.check_feasibility(rig, command), eft.simulate(rig, command).metrics()
+    assert found.force_error == pytest.approx(metrics.nrmse, rel=0.1)
+    assert found.displacement_error == pytest.approx(metrics.displacement_error, rel=0.25, abs=0.005)
