@@ -2,7 +2,7 @@
 
 use crate::closed_loop::linear_motion::LinearMotion;
 use crate::closed_loop::simulate::{SimulateOptions, check_commands, one_actuator};
-use crate::config::RigConfig;
+use crate::config::{RigConfig, StructureKind};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
 use crate::interruption;
@@ -59,10 +59,26 @@ pub fn ideal_responses(
     match (0..samples).find(|&i| !finite(i)) {
         None => Ok(responses),
         Some(i) => {
-            let allowed =
-                format!("must be short enough for the structure: its motion has no end at sample {}", i - 1);
-            Err(Error::value("largest_step", grid.step, allowed))
+            let (key, mass) = lightest(rig);
+            let allowed = format!(
+                "must be larger, or its damping or stiffness smaller, or `largest_step` or the command's step shorter: the motion \
+                 grows without bound at sample {}, computed in steps of {:.3e} s",
+                i - 1,
+                grid.step
+            );
+            Err(Error::value(key, mass, allowed))
         }
+    }
+}
+
+/// The smallest mass (kg) of a structure, with its key.
+fn lightest(rig: &RigConfig) -> (&'static str, f64) {
+    let structure = &rig.structure;
+    match (structure.kind, &structure.stories) {
+        (StructureKind::ShearBuilding, Some(stories)) => {
+            ("structure.stories.masses", stories.masses.iter().copied().fold(f64::INFINITY, f64::min))
+        }
+        _ => ("structure.mass", structure.mass),
     }
 }
 
@@ -313,6 +329,11 @@ mod tests {
             ])
             .unwrap();
         let error = respond(&rig, &Command::new(vec![1.0; 100], 1.0).unwrap()).unwrap_err();
-        assert!(error.to_string().starts_with("largest_step = "), "{error}");
+        let told = error.to_string();
+        assert!(
+            told.starts_with("structure.mass = 0.001: must be larger, or its damping or stiffness smaller"),
+            "{told}"
+        );
+        assert!(told.contains("computed in steps of "), "{told}");
     }
 }
