@@ -40,6 +40,7 @@ pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
         entry.set_item("required", matches!(need, Need::Required))?;
         let condition = match need {
             Need::When(other, value) => Some(format!("{other} = \"{value}\"")),
+            Need::Unless(other, value) => Some(format!("{other} is not \"{value}\"")),
             _ => None,
         };
         entry.set_item("required_where", condition)?;

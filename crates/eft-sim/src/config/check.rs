@@ -79,6 +79,14 @@ pub(super) fn complete(mut whole: Table) -> Result<Table> {
                 Need::When(key, word) if tree::get(&whole, key).and_then(Value::as_str) == Some(word) => {
                     return Err(missing(row));
                 }
+                Need::Unless(key, word) => {
+                    if tree::get(&whole, key).and_then(Value::as_str) != Some(word) {
+                        return Err(missing(row));
+                    }
+                    if let Some(value) = of_ground_floor(&whole, row.key) {
+                        tree::set(&mut whole, row.key, value)?;
+                    }
+                }
                 Need::When(..) | Need::Optional => {}
             }
         }
@@ -94,6 +102,16 @@ pub(super) fn complete(mut whole: Table) -> Result<Table> {
     let is_building = kind(&whole) == "shear_building";
     one_for_each(&whole, if is_building { floors } else { 1 })?;
     Ok(whole)
+}
+
+/// The value of a building's ground floor for a key of a single floor, if the stories are given.
+fn of_ground_floor(whole: &Table, key: &str) -> Option<Value> {
+    let list = match key {
+        "structure.mass" => "structure.stories.masses",
+        "structure.damping" => "structure.stories.dampings",
+        _ => "structure.stories.stiffnesses",
+    };
+    tree::get(whole, list)?.as_array()?.first().cloned()
 }
 
 /// A complete tree whose plant has other accepted values, checked in the same way.

@@ -41,6 +41,8 @@ pub enum Need {
     Required,
     /// It must be given if another key has a certain value.
     When(&'static str, &'static str),
+    /// It must be given unless another key has a certain value, with which it has no effect.
+    Unless(&'static str, &'static str),
     /// It may be left out; this is its default.
     Default(Preset),
     /// It may be left out; the rig then does not have the effect.

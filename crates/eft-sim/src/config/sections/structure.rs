@@ -1,20 +1,21 @@
 //! The test structure.
 
 use crate::config::schema::Kind::{Choice, Float, Floats};
-use crate::config::schema::Need::{self, Optional, Required, When};
+use crate::config::schema::Need::{self, Optional, Required, Unless, When};
 use crate::config::section::{choice, section};
 
 const BILINEAR: Need = When("structure.kind", "bilinear");
 const BUILDING: Need = When("structure.kind", "shear_building");
+const ONE_FLOOR: Need = Unless("structure.kind", "shear_building");
 const BOUC_WEN: Need = When("structure.kind", "bouc_wen");
 
 section! {
     /// `[structure]`, Fig. 7.
     pub struct Structure in "structure." {
         kind: StructureKind = "", Choice(StructureKind::WORDS), Required, "kind of structure; the keys of other kinds are ignored";
-        mass: f64 = "kg", Float(1e-3, 1e12), Required, "mass m";
-        damping: f64 = "N·s/m", Float(0.0, 1e12), Required, "viscous damping c";
-        stiffness: f64 = "N/m", Float(0.0, 1e15), Required, "stiffness k";
+        mass: f64 = "kg", Float(1e-3, 1e12), ONE_FLOOR, "mass m; without effect in a shear building";
+        damping: f64 = "N·s/m", Float(0.0, 1e12), ONE_FLOOR, "viscous damping c; without effect in a shear building";
+        stiffness: f64 = "N/m", Float(0.0, 1e15), ONE_FLOOR, "stiffness k; without effect in a shear building";
         /// Softening of the bilinear elastic kind.
         softening: Option<Softening>;
         /// Yielding of the Bouc–Wen kind.

@@ -28,7 +28,7 @@ fn physical_keys_have_no_default() {
     for row in KEYS.iter() {
         let mut whole = RigConfig::zhao2005().to_tree();
         match row.need {
-            Need::Required => {}
+            Need::Required | Need::Unless(..) => {}
             Need::When(key, word) => tree::set(&mut whole, key, word.into()).unwrap(),
             Need::Default(_) | Need::Optional => continue,
         }
@@ -234,4 +234,25 @@ fn messages_name_keys_without_effect_and_what_they_need() {
     }
     let soft = rig.replace(&on(&["protection.soft_end"])).unwrap();
     assert_eq!(idle(&soft), ["protection.soft_end needs protection.enabled = true"]);
+}
+
+#[test]
+fn a_building_needs_no_values_of_a_single_floor() {
+    let mut whole = RigConfig::zhao2005().to_tree();
+    let single = ["structure.mass", "structure.damping", "structure.stiffness"];
+    for key in single {
+        tree::remove(&mut whole, key).unwrap();
+    }
+    assert!(message(RigConfig::from_tree(whole.clone())).starts_with("missing key `structure.mass` (mass m"));
+    tree::set(&mut whole, "structure.kind", "shear_building".into()).unwrap();
+    let lists = ["masses", "dampings", "stiffnesses"].map(|name| format!("structure.stories.{name}"));
+    assert!(
+        message(RigConfig::from_tree(whole.clone())).starts_with("missing key `structure.stories.masses`")
+    );
+    for (key, size) in lists.iter().zip([7000.0, 5000.0, 2e6]) {
+        tree::set(&mut whole, key, vec![size, 0.9 * size].into()).unwrap();
+    }
+    let rig = RigConfig::from_tree(whole).unwrap();
+    assert_eq!((rig.structure.mass, rig.structure.stiffness), (7000.0, 2e6));
+    assert_eq!(rig.idle_keys(), []);
 }
