@@ -28,7 +28,7 @@ pub fn side_by_side(tests: &[Test<'_>], options: &BatchOptions) -> usize {
 /// that fails gives an error in its place and does not affect the others.
 ///
 /// `go_on(done, total)` is called a few times a second on the calling thread. If it returns `false`, the
-/// batch ends with [`Error::Interrupted`].
+/// batch ends with [`Error::Interrupted`](crate::Error::Interrupted).
 ///
 /// # Errors
 /// Zero threads, or an interruption.

@@ -29,7 +29,7 @@ pub struct MapAxis {
 ///
 /// # Errors
 /// An unknown key, the same key twice, a value that the key does not allow, an axis without values,
-/// or [`Error::Interrupted`] within [`interruptible`](crate::interruptible).
+/// or [`Error::Interrupted`](crate::Error::Interrupted) within [`interruptible`](crate::interruptible).
 pub fn stability_map(
     rig: &RigConfig,
     horizontal: &MapAxis,
