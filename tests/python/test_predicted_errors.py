@@ -450,3 +450,13 @@ def test_a_structure_without_a_spring_has_predicted_errors(loop):
     found, metrics = eft.check_feasibility(rig, command), eft.simulate(rig, command).metrics()
     assert found.force_error == pytest.approx(metrics.nrmse, rel=0.1)
     assert found.displacement_error == pytest.approx(metrics.displacement_error, rel=0.25, abs=0.005)
+
+
+def test_the_force_error_contains_the_command_that_no_actuator_follows():
+    white = np.random.default_rng(5).standard_normal(16 * 4096)
+    values = signal.lfilter(*signal.butter(1, 20.0, fs=4096.0), white)
+    rig = RIG.replace(LEARNS | {"compensation.adaptive": False})
+    command = eft.Command(2000.0 * values / np.abs(values).max(), 4096.0)
+    found, metrics = eft.check_feasibility(rig, command), eft.simulate(rig, command).metrics()
+    assert found.left_out == ("command above 100 Hz",)
+    assert found.force_error == pytest.approx(metrics.nrmse, rel=0.05)

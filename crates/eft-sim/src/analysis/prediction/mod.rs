@@ -45,7 +45,8 @@ pub struct Prediction {
     pub play: Play,
     /// What self-calibration needs and does not reach. The errors contain it.
     pub unreached: Vec<Unreached>,
-    /// What is not contained: keys of the rig, and the command above 20 or 100 Hz if it may raise the force's error by a tenth.
+    /// What is not contained: keys of the rig, and the command above 20 or 100 Hz if it raises the force's error by a tenth. `force`
+    /// counts the part above 100 Hz as missed.
     pub left_out: Vec<String>,
 }
 
@@ -146,7 +147,7 @@ fn errors(
     commands: &[Command],
 ) -> Result<Option<Prediction>> {
     let mut left_out = left_out(rig, model);
-    let mut unknown = Unknown::of(rig)?;
+    let mut unknown = Unknown::of(rig, judged)?;
     let null_learned = learns_null(rig);
     if null_learned {
         // As long as nothing is learned the whole force is there.
@@ -166,7 +167,7 @@ fn errors(
     }
     let none = PredictedError { whole: 0.0, noise: 0.0, constant: 0.0 };
     let (mut force, mut displacement, mut opening, mut null) = (none, none, 0.0_f64, 0.0_f64);
-    let mut oscillation = none;
+    let (mut oscillation, mut known) = (none, none);
     for (i, own) in signals.into_iter().enumerate() {
         null = null.max(faded.rms(own.by_null[0].clone(), 0.0)?);
         let error = |which: usize, missed: Spectrum, wanted: f64| {
@@ -183,13 +184,15 @@ fn errors(
         let (oil, noise) = (faded.rms(oil, 0.0)?, at_rest.oscillations[i]);
         let wanted = faded.rms(own.command, 0.0)?;
         oscillation = oscillation.or_larger([oil.hypot(noise), noise, 0.0].map(|part| part / wanted));
-        force = force.or_larger(error(0, own.missed_force, wanted)?);
+        let followed = error(0, own.missed_force, wanted)?;
+        known = known.or_larger(followed);
+        let [whole, noise, constant] = followed;
+        force = force.or_larger([whole.hypot(faded.unfollowed(&commands[i])?), noise, constant]);
         let wanted = faded.rms(own.ideal_motion, 0.0)?;
         displacement = displacement.or_larger(error(1, own.missed_motion, wanted)?);
         opening = opening.max(faded.rms(own.opening, 0.0)?);
     }
-    // An actuator follows little of it, so it is an error itself.
-    if faded.beyond > NOTICED * force.whole.powi(2) {
+    if faded.beyond > NOTICED * known.whole.powi(2) {
         left_out.push(format!("command above {:.0} Hz", faded.highest()));
     }
     let play = unmodelled::play(rig, judged, commands)?;

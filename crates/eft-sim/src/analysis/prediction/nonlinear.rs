@@ -37,6 +37,8 @@ pub(super) struct Unknown {
     friction_velocity: f64,
     /// The valve, unless the scheme compensates for it.
     curve: Option<Curve>,
+    /// The configured level over the one to which a guard reduces it (1).
+    reduced: Option<f64>,
     learned: Learned,
 }
 
@@ -51,12 +53,15 @@ enum Learned {
 }
 
 impl Unknown {
-    pub(super) fn of(rig: &RigConfig) -> Result<Self> {
+    /// Of a rig, and of the same one as its controller has tuned it.
+    pub(super) fn of(rig: &RigConfig, judged: &RigConfig) -> Result<Self> {
         let plant = rig.plant();
         let valve = &plant.servovalve;
         let learns = rig.compensation.adaptive && rig.compensation.mode != Mode::Off;
+        let (guards, whole) = (rig.compensation.guard && !learns, rig.compensation.level);
         Ok(Self {
             curve: Curve::of(rig)?,
+            reduced: (guards && whole > judged.compensation.level).then(|| whole / judged.compensation.level),
             overlap: valve.overlap - rig.servovalve.overlap,
             null: rig.opening_at_rest(0) - valve.null_bias,
             underlap: (-rig.servovalve.overlap).max(0.0),
@@ -136,9 +141,12 @@ impl Unknown {
             let forces = faded.signal(own.command.clone())?;
             let beyond: Vec<f64> =
                 opening.iter().zip(forces).map(|(x, f)| curve.beyond_linear(*x, f)).collect();
-            let learned = match self.learned {
-                Learned::Nothing => 0.0,
-                _ => opening.iter().zip(&beyond).map(|(x, beyond)| x * beyond).sum::<f64>() / square,
+            let share = opening.iter().zip(&beyond).map(|(x, beyond)| x * beyond).sum::<f64>() / square;
+            let learned = match (self.learned, self.reduced) {
+                // The guard raises the level again, up to the configured one.
+                (Learned::Nothing, Some(reduced)) => share - (reduced * (1.0 + share) - 1.0).min(0.0),
+                (Learned::Nothing, None) => 0.0,
+                _ => share,
             };
             for ((lost, x), beyond) in lost.iter_mut().zip(&opening).zip(beyond) {
                 *lost += beyond - learned * x;

@@ -57,6 +57,14 @@ impl Faded {
         self.frequency(self.last)
     }
 
+    /// Part of a command (rms over rms) beyond 100 Hz, of which an actuator follows little. 0 within 20 Hz.
+    pub(super) fn unfollowed(&self, command: &Command) -> Result<f64> {
+        if self.highest() < 0.5 * FAST.0 {
+            return Ok(0.0);
+        }
+        Ok((1.0 - self.share(std::slice::from_ref(command))?).max(0.0).sqrt())
+    }
+
     /// Up to another frequency (Hz).
     pub(super) fn up_to(self, frequency: f64) -> Self {
         let last = (frequency / self.sample_rate * self.length as f64) as usize;
