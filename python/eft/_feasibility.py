@@ -65,9 +65,9 @@ class Feasibility(Result):
     left_out: tuple[str, ...]
     """Keys of the rig with an effect that the predicted errors do not contain, such as a known overlap, which
     the controller does not compensate for exactly. ``"command above 100 Hz"`` (or 20 Hz) stands for the
-    part of the command there, as of a square wave, if it raises the error by a tenth. The force error counts
-    the part above 100 Hz as missed. A test on the virtual rig shows both. Without predicted errors, the keys that the linear model does not
-    contain."""
+    part of the command there, as of a square wave, if it raises the error by a tenth. The force error
+    counts the part above 100 Hz as missed. A test on the virtual rig shows both. Without predicted errors,
+    the keys that the linear model does not contain."""
 
 
 def check_feasibility(rig: Rig, command: Command) -> Feasibility:
