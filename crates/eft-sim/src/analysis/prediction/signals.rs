@@ -223,5 +223,6 @@ mod tests {
         // The highest frequency of all is left out.
         assert!((again[999] - 1.0).abs() < 0.01 && again[0].abs() < 0.05, "{} {}", again[999], again[0]);
         assert!((faded.rms(spectrum, 0.0).unwrap() - 1.0 / 1000.0_f64.sqrt()).abs() < 1e-3);
+        assert_eq!(faded.rms(vec![Complex::ZERO; 700], -0.5).unwrap(), 0.5);
     }
 }

@@ -220,3 +220,31 @@ fn the_designed_rig_is_stable_where_the_papers_gains_are_not() {
     let margins = stability_margins(&sound, FlowGain::Nominal, Time::Sampled(4096.0)).unwrap();
     assert!(margins.level > 1.4 && margins.around.as_ref().unwrap().loop_gain > 3.0, "{margins:?}");
 }
+
+#[test]
+fn a_least_gain_margin_is_there_up_to_the_gain_margin() {
+    for plant in sizes() {
+        let (designed, plant) = (search(&plant).unwrap(), plant.sampled());
+        let margin = plant.gain_margin(designed.gains()).unwrap();
+        for (least, expected) in
+            [(0.5, true), (0.999 * margin, true), (1.001 * margin, false), (2.0 * margin, false)]
+        {
+            assert_eq!(
+                plant.has_gain_margin(designed.gains(), least).unwrap(),
+                expected,
+                "{least} of {margin}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_first_undamped_step_is_exact_for_curves_and_jumps() {
+    let (from, end) = (1000, 1000 + (1 << 15));
+    for edge in [from + 1, from + 2, 12_345, end - 1, end] {
+        let steep = |step: u32| Ok((f64::from(edge) - 0.5 - f64::from(step)).powi(3));
+        let jump = |step: u32| Ok(if step < edge { 0.9 } else { -1e-9 });
+        assert_eq!(first_undamped(steep, from, end).unwrap(), edge);
+        assert_eq!(first_undamped(jump, from, end).unwrap(), edge);
+    }
+}
