@@ -8,7 +8,7 @@ use crate::learning::flow::FlowEstimator;
 use crate::learning::flow_curve::FlowCurve;
 use crate::learning::flow_model::FlowModel;
 use crate::learning::gate::Gate;
-use crate::learning::guard::Guard;
+use crate::learning::guard::{Guard, tuning as guard};
 use crate::learning::learner::Learner;
 use crate::learning::least_squares::{Priors, Range};
 use crate::learning::tuning as t;
@@ -238,14 +238,17 @@ macro_rules! constructor {
                         force_per_flow: (1.0 / loop_gain) as $t,
                         fed_forward: if p.feedforward { 1.0 } else { 0.0 },
                         integrated: (integral * period) as $t,
-                        low_pass: share(tau * t::GUARD_LOW_PASS, period) as $t,
-                        average: share(1.0 / t::GUARD_AVERAGE, period) as $t,
-                        slow_average: share(0.25 / t::GUARD_AVERAGE, period) as $t,
-                        quiet: (t::GUARD_QUIET * t::GUARD_QUIET) as $t,
-                        tolerated: (if integral > 0.0 { t::TOLERATED_WITH_INTEGRAL } else { t::TOLERATED })
-                            as $t,
-                        correction: (period / t::GUARD_TIME) as $t,
-                        lowest: t::LOWEST_LEVEL as $t,
+                        low_pass: share(tau * guard::LOW_PASS, period) as $t,
+                        average: share(1.0 / guard::AVERAGE, period) as $t,
+                        slow_average: share(0.25 / guard::AVERAGE, period) as $t,
+                        quiet: (guard::QUIET * guard::QUIET) as $t,
+                        tolerated: (if integral > 0.0 {
+                            guard::TOLERATED_WITH_INTEGRAL
+                        } else {
+                            guard::TOLERATED
+                        }) as $t,
+                        correction: (period / guard::REMOVAL) as $t,
+                        lowest: guard::LOWEST_LEVEL as $t,
                     },
                 })
             }

@@ -10,9 +10,9 @@
 
 #[cfg(test)]
 mod tests;
+pub mod tuning;
 
 use crate::integrity::integrity;
-use crate::learning::tuning::GUARD_KEPT;
 use crate::number::Real;
 
 /// Constants of the guard.
@@ -100,7 +100,7 @@ impl<T: Real> Guard<T> {
     /// Adds force error (N, measured less command), flow (m³/s) of the actuator beyond the demanded one, and velocity
     /// (m/s).
     pub(crate) fn observe(&self, state: &mut GuardState<T>, error: T, undemanded: T, velocity: T) {
-        state.integral = T::splat(GUARD_KEPT) * state.integral + self.integrated * error;
+        state.integral = T::splat(tuning::KEPT) * state.integral + self.integrated * error;
         let without_integral = error + state.integral;
         state.error = state.error.after(without_integral + self.force_per_flow * undemanded, self.low_pass);
         state.velocity = state.velocity.after(velocity, self.low_pass);

@@ -21,6 +21,7 @@ mod window;
 
 pub(crate) use configuration::{LOWEST_RATE, window_ticks};
 pub(crate) use flow_model::{FlowModel, ModelFlow};
+pub use guard::tuning as guard_tuning;
 pub use learner::{Learner, LearnerState};
 pub use saved::{SavedCalibration, SavedCurve};
 pub use window::{Moment, Sums, Window};

@@ -65,23 +65,5 @@ pub(crate) const DISTURBANCE: f64 = 2.0;
 /// Drift of a node over its own flow (1/√s of motion in the adjacent pieces).
 pub(crate) const CURVE_DRIFT: f64 = 0.016;
 
-/// Overcompensation (1) at which the guard begins to act, and the same with an integral part in the loop. The loop then
-/// remains stable at such an excess, and an overlap or a flow curve that nobody told has the same effect for moments.
-pub(crate) const TOLERATED: f64 = 1.0e-2;
-pub(crate) const TOLERATED_WITH_INTEGRAL: f64 = 3.0e-2;
-/// Corner of the guard's two equal low-passes (Hz), above the structure's frequency.
-pub(crate) const GUARD_LOW_PASS: f64 = 4.0;
-/// Time (s) over which the guard averages.
-pub(crate) const GUARD_AVERAGE: f64 = 0.2;
-/// Share of the guard's integral that is kept over a window of about 4 ms. It is forgotten in about 10 s, long beside a period
-/// of the structure.
-pub(crate) const GUARD_KEPT: f64 = 0.9996;
-/// Time (s) in which the guard removes overcompensation.
-pub(crate) const GUARD_TIME: f64 = 0.33;
-/// Velocity (m/s) below which the guard does not act.
-pub(crate) const GUARD_QUIET: f64 = 5.0e-3;
-/// Lowest level (1) of the guard.
-pub(crate) const LOWEST_LEVEL: f64 = 0.5;
-
 /// Number of bisections after which an interval is exhausted in double precision.
 pub(super) const BISECTIONS: u32 = 60;

@@ -2,15 +2,13 @@
 
 use std::f64::consts::TAU;
 
+use eft_core::guard_tuning::{LOWEST_LEVEL, TOLERATED, TOLERATED_WITH_INTEGRAL};
+
 use crate::analysis::learned::motion;
 use crate::analysis::linear::{Complex, compensated_share, delay_budget, lead_response, valve_response};
 use crate::config::RigConfig;
 use crate::error::Result;
 
-/// Lowest factor (1) of the guard on the level.
-const LOWEST: f64 = 0.5;
-/// Overcompensation (1) at which the guard begins to act, and the same with an integral part in the loop.
-const TOLERATED: (f64, f64) = (0.01, 0.03);
 /// Band (Hz) of the delay budget.
 const BUDGET: (f64, f64) = (0.25, 10.0);
 
@@ -51,10 +49,10 @@ pub(crate) fn after_guard(rig: &RigConfig, sample_rate: f64) -> Result<Option<Gu
     // The error in phase with the velocity in use vanishes at this level.
     let full = compensated_share(&fixed)? * supplied.re;
     let whole = used.re / used.norm_sqr();
-    let tolerated = if fixed.controller.integrates() { TOLERATED.1 } else { TOLERATED.0 };
+    let tolerated = if fixed.controller.integrates() { TOLERATED_WITH_INTEGRAL } else { TOLERATED };
     let excess = (full - whole) / tolerated;
     Ok((excess > 1.0).then(|| {
-        let factor = (whole / full).max(LOWEST);
+        let factor = (whole / full).max(LOWEST_LEVEL);
         let rig = fixed.varied(|values| values.compensation.level *= factor);
         Guarded { rig, excess, angular: motion.angular }
     }))

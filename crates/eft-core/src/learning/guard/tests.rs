@@ -76,7 +76,7 @@ fn the_guard_averages_the_power_of_the_error_and_the_square_of_the_velocity() {
     let mut now = state();
     guard.observe(&mut now, 6.0, -0.25, 0.9);
     // The flow that was not demanded makes an error of 8 N per m³/s. Each low-pass goes half of the way.
-    let error = 6.0 + GUARD_KEPT * 0.8 - 2.0;
+    let error = 6.0 + tuning::KEPT * 0.8 - 2.0;
     near("error", now.error.first, 0.5 * (3.0 + error));
     near("error", now.error.second, 0.5 * (4.0 + 0.5 * (3.0 + error)));
     near("velocity", now.velocity.second, 0.5 * (0.3 + 0.7));

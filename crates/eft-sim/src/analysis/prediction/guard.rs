@@ -2,20 +2,14 @@
 
 use std::f64::consts::TAU;
 
+use eft_core::guard_tuning::{AVERAGE, LOW_PASS, QUIET, REMOVAL};
+
 use crate::analysis::Guarded;
 use crate::analysis::linear::{Complex, StateSpace};
 use crate::analysis::prediction::signals::{Faded, Signals};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 
-/// Root-mean-square velocity (m/s) below which the guard does not act.
-const QUIET: f64 = 5.0e-3;
-/// Corner (Hz) of its two equal low-passes.
-const LOW_PASS: f64 = 4.0;
-/// Time (s) over which it averages.
-const AVERAGE: f64 = 0.2;
-/// Time (s) in which it removes overcompensation.
-const REMOVED: f64 = 0.33;
 /// Time (s) for which an unstable motion grows after the guard has begun.
 const GROWS_ON: f64 = 0.3;
 /// Exponent (1) from which on the motion is so large that no estimate is needed.
@@ -39,7 +33,7 @@ pub(super) fn reduced(guarded: &Guarded, model: &StateSpace, commands: &[Command
             mean += (velocity * velocity - mean) / (AVERAGE * rate);
             began |= mean > enough;
             if began {
-                removed += mean / (mean + quiet) / (REMOVED * rate);
+                removed += mean / (mean + quiet) / (REMOVAL * rate);
             }
             if removed > 1.0 {
                 first = Some(first.map_or(sample, |first| first.min(sample)));
