@@ -58,8 +58,9 @@ class Feasibility(Result):
     leakage."""
     force_error: float | None
     """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms. For a
-    command with power above 20 Hz it is that below 100 Hz. With a guard alone on an unstable loop it is at
-    least this. None with more than half of the power above 20 Hz, or without a stable linear model."""
+    command with power above 20 Hz it is that below 100 Hz. With a guard alone on an unstable loop the
+    true error is this or larger. None with more than half of the power above 20 Hz, or without a linear
+    model that is stable, at least after calibration or guard.""" ""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
     left_out: tuple[str, ...]
@@ -75,9 +76,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
 
     For a shear building the demands are those of the actuator with the largest ones; the pump's mean flow is
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
-    calibration. An unstable loop is then a caution, because only a test on the virtual rig shows the result.
-    ``eft check`` runs such a test. It is a "no" if the loop stays unstable after the calibration, or at the
-    level to which the guard reduces it.
+    calibration. A loop that stays unstable after the calibration, or at the level to which the guard reduces
+    it, is a "no". Any other unstable loop is a caution then, because only a test on the virtual rig shows the
+    result. ``eft check`` runs such a test.
 
     The errors of force and displacement are those of the linear model in the long run, after a
     self-calibration as far as its estimates reach. All controllers of a building are taken to learn the same.
@@ -92,8 +93,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     - an unknown lap of the spool, to first order. Above a fiftieth of the opening it makes larger force
       errors, and ``left_out`` names it;
     - friction, in the force's error only;
-    - flow curve and load pressure without the nonlinear scheme, to first order. Only if they make an error
-      near its limit, a simpler scheme than the advised one is a caution.
+    - flow curve and load pressure without the nonlinear scheme, to first order. A simpler scheme than the
+      advised one is a caution only if an error comes near its limit, or is unknown.
 
     The pressure to which the supply falls under the flow of the demands is judged as after the test, by
     ``verdict.caution.supply_pressure`` and ``verdict.no.supply_pressure``. These are cautions as well:
@@ -207,7 +208,7 @@ def _start(rig: Rig, command: Command, demands: Iterable[Mapping[str, Any]]) -> 
 
 
 _SCHEMES = ("off", "linear", "nonlinear")
-NEARLY = 0.8
+_NEARLY = 0.8
 """Share of a limit up to which a predicted error is certain enough for a simpler scheme."""
 
 
@@ -216,11 +217,11 @@ def _settings(
 ) -> Iterator[Finding]:
     """Findings on a scheme that is too simple and a sample rate that is too low."""
     mode, needed, least = rig["compensation.mode"], found["scheme"], found["smallest_sample_rate"]
-    fine = errors is not None and not (
-        above(rig, "force_error", errors.force.whole / NEARLY)
-        or above(rig, "displacement_error", errors.displacement.whole / NEARLY)
+    small = errors is not None and not (
+        above(rig, "force_error", errors.force.whole / _NEARLY)
+        or above(rig, "displacement_error", errors.displacement.whole / _NEARLY)
     )
-    if _SCHEMES.index(mode) < _SCHEMES.index(needed) and not fine:
+    if _SCHEMES.index(mode) < _SCHEMES.index(needed) and not small:
         change = (("compensation.mode", needed),)
         yield Finding("caution", f"{needed.capitalize()} compensation is needed, {mode} is set.", change)
     # Without a safe rate the rate is not the cause, and the loop has its own finding.

@@ -185,8 +185,10 @@ def of_loop(rig: Rig, rate: float, outside: bool = False) -> Iterator[Finding]:
         growth, within = _native.margins_within(judged, rate, level, dead_time, gain, "steeper")
         first = _native.margins_within(rig, rate, 1.0, -1.0, 1.0, "steeper") if learns else (growth, within)
         if guards and within is None:
-            judged = _native.guarded(rig, rate)
-            growth, within = _native.margins_within(judged, rate, level, dead_time, gain, "steeper")
+            reduced = _native.guarded(rig, rate)
+            guards = reduced is not None
+            if reduced is not None:
+                growth, within = _native.margins_within(reduced, rate, level, dead_time, gain, "steeper")
     except ValueError:
         return  # there is no linear model: too many delays, or no slope at rest
     if not outside and None in (first[1], within):

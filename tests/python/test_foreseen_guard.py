@@ -79,3 +79,10 @@ def test_an_oil_column_that_no_level_of_the_guard_makes_stable_is_a_no():
         assert verdict == "no"
         assert any("even at the level to which the guard reduces it" in reason for reason in reasons)
     assert found.displacement_error is None and run.metrics().oscillation > 1.0
+
+
+def test_a_loop_unstable_by_its_gains_does_not_blame_the_guard():
+    rig = GUARD.replace({"controller.proportional_gain": 3.0, "compensation.level": 0.0})
+    found = eft.check_feasibility(rig, eft.sine_sweep(2000.0, 0.3, 10.0, 8.0, 4096.0))
+    assert found.verdict == "no" and "unstable" in " ".join(found.reasons)
+    assert "guard" not in " ".join(found.reasons)

@@ -184,10 +184,13 @@ pub(crate) fn learned(rig: GivenRig, #[pyo3(from_py_with = real_number)] sample_
     Ok(Rig { config: eft_sim::learned(&rig.config, sample_rate).map_err(to_python)? })
 }
 
-/// Return the rig with the level to which a guard alone will have reduced it at a sample rate (Hz).
+/// Return the rig with the level to which a guard alone will have reduced it at a sample rate (Hz), or None if it does not act.
 #[pyfunction]
-pub(crate) fn guarded(rig: GivenRig, #[pyo3(from_py_with = real_number)] sample_rate: f64) -> PyResult<Rig> {
-    Ok(Rig { config: eft_sim::guarded(&rig.config, sample_rate).map_err(to_python)? })
+pub(crate) fn guarded(
+    rig: GivenRig,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+) -> PyResult<Option<Rig>> {
+    Ok(eft_sim::guarded(&rig.config, sample_rate).map_err(to_python)?.map(|config| Rig { config }))
 }
 
 /// Return the errors of a test at small motion as the linear model predicts them, or `None` if it cannot.

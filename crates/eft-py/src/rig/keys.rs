@@ -12,7 +12,7 @@ use pyo3::types::PyDict;
 /// -------
 /// list of dict
 ///     Each has `key`, `unit`, `type` ("float", "int", "bool", "str" or "list"), `allowed`, `doc`, `required` (bool),
-///     `required_where` (a condition such as ``structure.kind = "bilinear"``, or None) and `default` (None if
+///     `required_where` (a condition such as ``structure.kind = "bilinear"`` or ``structure.kind is not "shear_building"``, or None) and `default` (None if
 ///     the key has none).
 ///
 /// Examples

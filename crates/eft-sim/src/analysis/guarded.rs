@@ -23,15 +23,16 @@ pub(crate) struct Guarded {
     pub angular: f64,
 }
 
-/// The rig after its guard, without self-calibration, has reduced the level at a sample rate (Hz), or as it is.
+/// The rig after its guard, without self-calibration, has reduced the level at a sample rate (Hz); `None` if the guard does
+/// not act.
 ///
 /// # Errors
 /// As [`linearize`](crate::analysis::linear::linearize); a design that does not exist at this rate.
-pub fn guarded(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
-    Ok(after_guard(rig, sample_rate)?.map_or_else(|| rig.clone(), |found| found.rig))
+pub fn guarded(rig: &RigConfig, sample_rate: f64) -> Result<Option<RigConfig>> {
+    Ok(after_guard(rig, sample_rate)?.map(|found| found.rig))
 }
 
-/// As [`guarded`]; `None` if the guard does not act.
+/// As [`guarded`], with what makes the guard act.
 ///
 /// # Errors
 /// As [`guarded`].

@@ -21,7 +21,7 @@ pub struct IdealResponse {
 ///
 /// A linear structure takes exact steps from sample to sample. Other structures take Runge–Kutta steps at most
 /// as long as the options' largest step. Where the displacement is below the softening one at both ends of a
-/// step, that step is exact as well.
+/// step, the structure is linear in it, and the step is exact.
 ///
 /// # Errors
 /// As [`ideal_responses`], or a building, which needs one command per story.

@@ -219,17 +219,20 @@ fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<
         let middle = (first + end) / 2;
         if damped(corners, gains(middle), LEAST_DAMPING)? { first = middle } else { end = middle }
     }
-    for corner in corners {
-        end = first_undamped(|step| Ok(corner.damping(gains(step))? - LEAST_DAMPING), first, end)?;
+    // A corner may be undamped at the last gain of another one.
+    while !damped(corners, gains(end - 1), LEAST_DAMPING)? {
+        for corner in corners {
+            end = first_undamped(|step| Ok(corner.damping(gains(step))? - LEAST_DAMPING), first, end)?;
+        }
     }
     // Four digits are independent of rounding differences between machines.
     Ok(Some(gains(end - 1).map(four_digits)))
 }
 
-/// The first step of the gain without an excess of damping (1) after a step `from` that has one, and at most `end`: the
-/// Illinois method, a secant whose end that stays counts half.
+/// A step of the gain without an excess of damping (1), whose step before has one, and at most `end`. The step `from` must
+/// have an excess. Among several such steps it is any of them. The search is the Illinois method: secants, in which an
+/// end that stays counts half.
 fn first_undamped(excess: impl Fn(u32) -> Result<f64>, from: u32, end: u32) -> Result<u32> {
-    // Where the last step before `end` has an excess, all have.
     let last = excess(end - 1)?;
     if last >= 0.0 {
         return Ok(end);

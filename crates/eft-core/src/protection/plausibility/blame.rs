@@ -91,8 +91,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// The sensor that the fast flows indicate after the displacement has failed, at a share of the limits. The sums of
-    /// wrong signs select velocity or force.
+    /// The sensor that is indicated after the displacement has failed: a spool that moves against its command, or velocity or
+    /// force if a share of the fast flows' limits is exceeded. The sums of wrong signs select one of these two.
     #[inline(always)]
     pub(super) fn contradiction_by_flow(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
         let (balance, limits) = (&state.balance, &self.balance);

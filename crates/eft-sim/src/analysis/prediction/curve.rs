@@ -4,6 +4,7 @@ use eft_core::FlowTable;
 
 use crate::config::{Mode, RigConfig, TABLE_CAPACITY};
 use crate::error::Result;
+use crate::plant::Supply;
 
 /// The valve of a rig without the nonlinear scheme.
 #[derive(Debug, Clone)]
@@ -25,7 +26,7 @@ impl Curve {
         let (actuator, curve) = (&plant.actuator, plant.servovalve.true_curve());
         let rest = plant.at_rest(curve)?;
         let slope = 0.5 * (rest.shallower + rest.steeper);
-        let stall = actuator.piston_area * plant.supply.pressure;
+        let stall = actuator.piston_area * Supply::<f64>::pack(&|_| plant).setting(0.0);
         Ok(Some(Self {
             flow: FlowTable::<f64, TABLE_CAPACITY>::new(&curve.openings, &curve.flows)?,
             per_flow: actuator.flow_factors().map(|factor| factor / slope),
