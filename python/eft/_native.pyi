@@ -41,6 +41,7 @@ __all__ = [
     "fmu_files",
     "force_loop_keys",
     "free_vibration",
+    "guarded",
     "ideal_response",
     "identify_damping",
     "identify_delay",
