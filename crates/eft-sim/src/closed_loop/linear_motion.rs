@@ -30,53 +30,19 @@ impl<X: Clone + AsRef<[f64]> + AsMut<[f64]>> LinearMotion<X> {
         limit: f64,
         rate: impl Fn(&[f64], Option<usize>) -> Vec<f64>,
     ) -> Option<Self> {
-        if limit == 0.0 {
-            return None;
-        }
         let states = like.as_ref().len();
         let floors = states / PER_FLOOR;
-        // Within the straight part of the spring.
-        let unit = 0.5 * limit.min(1.0);
-        let mut whole = DMatrix::zeros(states + 2 * floors, states + 2 * floors);
-        let mut at = vec![0.0; states];
-        for column in 0..states {
-            at[column] = unit;
-            for (row, rate) in rate(&at, None).into_iter().map(|rate| rate / unit).enumerate() {
-                whole[(row, column)] = rate * step;
-                // The acceleration per displacement is the square of a frequency.
-                let square = column.is_multiple_of(PER_FLOOR);
-                let size = if square { rate.abs().sqrt() } else { rate.abs() };
-                if size * step > LONGEST {
-                    return None;
-                }
-            }
-            at[column] = 0.0;
-        }
-        // In units of the acceleration per force, because the exponential needs numbers of similar size.
-        let mut sizes = Vec::with_capacity(floors);
-        for floor in 0..floors {
-            let pushed = rate(&at, Some(floor));
-            let size = pushed.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
-            for (row, rate) in pushed.into_iter().enumerate() {
-                whole[(row, states + floor)] = rate / size * step;
-            }
-            whole[(states + floor, states + floors + floor)] = 1.0;
-            sizes.push(size);
-        }
-        let whole = exponential(&whole);
-        let column = |n: usize, size: f64| {
+        let whole = transition(states, step, limit, &rate)?;
+        let column = |n: usize| {
             let mut column = like.clone();
-            for (to, from) in column.as_mut().iter_mut().zip(&whole.column(n)) {
-                *to = size * from;
-            }
+            column.as_mut().copy_from_slice(&whole.as_slice()[n * whole.nrows()..][..states]);
             column
         };
-        let force = |(floor, size): (usize, &f64)| {
-            [column(states + floor, *size), column(states + floors + floor, *size)]
-        };
         Some(Self {
-            state: (0..states).map(|n| column(n, 1.0)).collect(),
-            forces: sizes.iter().enumerate().map(force).collect(),
+            state: (0..states).map(column).collect(),
+            forces: (0..floors)
+                .map(|floor| [column(states + floor), column(states + floors + floor)])
+                .collect(),
             limit,
         })
     }
@@ -111,4 +77,51 @@ impl<X: Clone + AsRef<[f64]> + AsMut<[f64]>> LinearMotion<X> {
         }
         state[0].abs() <= self.limit && next[0].abs() <= self.limit
     }
+}
+
+/// The rates of a state under 1 N on one floor or on none.
+type Rates<'a> = dyn Fn(&[f64], Option<usize>) -> Vec<f64> + 'a;
+
+/// The state one step later in its first rows, by the state, the forces (N) of the floors and their growth (N) over the step.
+// Compiled once for all kinds of states.
+fn transition(states: usize, step: f64, limit: f64, rate: &Rates<'_>) -> Option<DMatrix<f64>> {
+    if limit == 0.0 {
+        return None;
+    }
+    let floors = states / PER_FLOOR;
+    // Within the straight part of the spring.
+    let unit = 0.5 * limit.min(1.0);
+    let mut whole = DMatrix::zeros(states + 2 * floors, states + 2 * floors);
+    let mut at = vec![0.0; states];
+    for column in 0..states {
+        at[column] = unit;
+        for (row, rate) in rate(&at, None).into_iter().map(|rate| rate / unit).enumerate() {
+            whole[(row, column)] = rate * step;
+            // The acceleration per displacement is the square of a frequency.
+            let square = column.is_multiple_of(PER_FLOOR);
+            let size = if square { rate.abs().sqrt() } else { rate.abs() };
+            if size * step > LONGEST {
+                return None;
+            }
+        }
+        at[column] = 0.0;
+    }
+    // In units of the acceleration per force, because the exponential needs numbers of similar size.
+    let mut sizes = Vec::with_capacity(floors);
+    for floor in 0..floors {
+        let pushed = rate(&at, Some(floor));
+        let size = pushed.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
+        for (row, rate) in pushed.into_iter().enumerate() {
+            whole[(row, states + floor)] = rate / size * step;
+        }
+        whole[(states + floor, states + floors + floor)] = 1.0;
+        sizes.push(size);
+    }
+    let mut whole = exponential(&whole);
+    for (floor, size) in sizes.into_iter().enumerate() {
+        for column in [states + floor, states + floors + floor] {
+            whole.column_mut(column).iter_mut().for_each(|number| *number *= size);
+        }
+    }
+    Some(whole)
 }

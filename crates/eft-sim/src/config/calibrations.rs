@@ -44,8 +44,8 @@ impl From<SavedCalibration> for Calibrations {
 }
 
 impl Entry for Calibrations {
-    fn rows() -> Vec<Key> {
-        SavedCalibration::rows()
+    fn add_rows(to: &mut Vec<Key>) {
+        SavedCalibration::add_rows(to);
     }
 
     fn read(place: Option<&Value>) -> Option<Self> {

@@ -10,4 +10,8 @@ use super::section::Entry;
 use super::sections::RigValues;
 
 /// Every key of the configuration.
-pub static KEYS: LazyLock<Vec<Key>> = LazyLock::new(RigValues::rows);
+pub static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
+    let mut rows = Vec::new();
+    RigValues::add_rows(&mut rows);
+    rows
+});

@@ -66,7 +66,13 @@ pub enum Preset {
 pub(super) const PLANT: [&str; 6] = ["actuator", "supply", "servovalve", "structure", "sensors", "dac"];
 
 /// A row of the schema.
-pub(super) fn key(key: &'static str, unit: &'static str, kind: Kind, need: Need, doc: &'static str) -> Key {
+pub(super) const fn key(
+    key: &'static str,
+    unit: &'static str,
+    kind: Kind,
+    need: Need,
+    doc: &'static str,
+) -> Key {
     Key { key, unit, kind, need, doc }
 }
 

@@ -10,10 +10,8 @@ pub(super) trait Entry: Sized {
     /// The words of a choice.
     const WORDS: &'static [&'static str] = &[];
 
-    /// The rows of the schema, in the order of written files, for a type that has them of its own.
-    fn rows() -> Vec<Key> {
-        Vec::new()
-    }
+    /// Adds the rows of the schema, in the order of written files, for a type that has them of its own.
+    fn add_rows(_: &mut Vec<Key>) {}
 
     /// Reads the value at a place; `None` if it is not a value of this type.
     fn read(place: Option<&Value>) -> Option<Self>;
@@ -28,8 +26,8 @@ pub(super) trait Entry: Sized {
 }
 
 impl<E: Entry> Entry for Option<E> {
-    fn rows() -> Vec<Key> {
-        E::rows()
+    fn add_rows(to: &mut Vec<Key>) {
+        E::add_rows(to);
     }
 
     fn read(place: Option<&Value>) -> Option<Self> {
@@ -94,16 +92,17 @@ pub(super) fn add(section: &mut Table, name: &str, value: Option<Value>) {
     }
 }
 
-/// The rows of a field: its own row, the rows that are given for it, or those of its type.
-macro_rules! rows {
-    ($key:expr, $kind:ty) => {
-        <$kind as $crate::config::section::Entry>::rows()
+/// Adds the rows of a field: its own row, the rows that are given for it, or those of its type. They are constants, because
+/// code that makes each would be large.
+macro_rules! add_rows {
+    ($to:ident, $key:expr, $kind:ty) => {
+        <$kind as $crate::config::section::Entry>::add_rows($to)
     };
-    ($key:expr, $kind:ty, { $rows:expr }) => {
-        $rows
+    ($to:ident, $key:expr, $kind:ty, { $rows:expr }) => {
+        $to.extend_from_slice(const { $rows })
     };
-    ($key:expr, $kind:ty, $unit:tt, $range:expr, $need:expr, $about:literal) => {
-        vec![$crate::config::schema::key($key, $unit, $range, $need, $about)]
+    ($to:ident, $key:expr, $kind:ty, $unit:tt, $range:expr, $need:expr, $about:literal) => {
+        $to.extend_from_slice(const { &[$crate::config::schema::key($key, $unit, $range, $need, $about)] })
     };
 }
 
@@ -114,10 +113,10 @@ macro_rules! entry {
         $($field:ident: $kind:ty $(= $unit:tt, $range:expr, $need:expr, $about:literal)? $({ $rows:expr })?;)*
     }) => {
         impl $crate::config::section::Entry for $name {
-            fn rows() -> Vec<$crate::config::schema::Key> {
-                [$($crate::config::section::rows!(
-                    concat!($section, stringify!($field)), $kind $(, $unit, $range, $need, $about)? $(, { $rows })?
-                )),*].concat()
+            fn add_rows(to: &mut Vec<$crate::config::schema::Key>) {
+                $($crate::config::section::add_rows!(
+                    to, concat!($section, stringify!($field)), $kind $(, $unit, $range, $need, $about)? $(, { $rows })?
+                );)*
             }
 
             fn read(place: Option<&toml::Value>) -> Option<Self> {
@@ -205,4 +204,4 @@ macro_rules! choice {
     };
 }
 
-pub(super) use {choice, entry, in_unit, rows, section, words};
+pub(super) use {add_rows, choice, entry, in_unit, section, words};

@@ -56,12 +56,12 @@ section! {
         spool_sensitivity: f64 = "V/m", Float(1e-3, 1e9), Required, "sensitivity of the spool position sensor K_3";
         flow_gain_scale: f64 = "", Float(1e-2, 1e2), float(1.0), "true flow over the flow of the valve's curve";
         /// The controller's flow curve f, Table 2.
-        flow_table: FlowCurve { vec![
+        flow_table: FlowCurve { &[
             key("servovalve.flow_table.openings", "", Floats(2, 64, -1.0, 1.0), Required, "spool openings of the controller's flow curve, Table 2"),
             key("servovalve.flow_table.flows", "m³/s", Floats(2, 64, -1e3, 1e3), Required, "no-load flows at those openings, Table 2"),
         ] };
         /// The true valve's flow curve, if it differs.
-        true_flow_table: Option<FlowCurve> { vec![
+        true_flow_table: Option<FlowCurve> { &[
             key("servovalve.true_flow_table.openings", "", Floats(2, 64, -1.0, 1.0), Optional, "spool openings of the true valve's flow curve, if it differs from the controller's"),
             key("servovalve.true_flow_table.flows", "m³/s", Floats(2, 64, -1e3, 1e3), Optional, "no-load flows at those openings"),
         ] };

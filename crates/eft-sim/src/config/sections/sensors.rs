@@ -10,7 +10,7 @@ use crate::config::section::{choice, section};
 #[rustfmt::skip]
 macro_rules! sensor {
     ($section:literal, $unit:literal, $name:literal, $noisy:literal, $of:literal, $noise:expr, $range:expr, $bias:expr) => {
-        vec![
+        &[
             key(concat!($section, "gain"), "", Float(1e-2, 1e2), float(1.0), concat!($name, ": gain, reading over true value")),
             key(concat!($section, "noise"), $unit, Float(0.0, $noise), float(0.0), concat!($noisy, ": standard deviation of the noise per sample", $of)),
             key(concat!($section, "bandwidth"), "Hz", Float(1e-3, 1e6), Optional, concat!($name, ": first-order bandwidth")),

@@ -8,7 +8,7 @@ use crate::config::section::section;
 #[rustfmt::skip]
 macro_rules! limits {
     ($section:literal, $verdict:literal, $force:expr, $displacement:expr, $gain:expr, $time:expr, $level:expr, $oil:expr, $supply:expr) => {
-        vec![
+        &[
             key(concat!($section, "force_error"), "", Float(1e-6, 1e6), float($force), concat!("force error, rms over rms, above which the verdict is ", $verdict)),
             key(concat!($section, "displacement_error"), "", Float(1e-6, 1e6), float($displacement), concat!("displacement error against the ideal response, rms over rms, above which the verdict is ", $verdict)),
             key(concat!($section, "gain_margin"), "", Float(1.0, 1e3), float($gain), concat!("gain margin of the force loop below which the verdict is ", $verdict)),
