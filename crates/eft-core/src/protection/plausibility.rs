@@ -178,7 +178,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         };
         // The evidence about the motion goes on after a failed displacement, in case the velocity was wrong.
         self.sum_up(state, input, velocity, &flow, known);
-        let share = if astray { ASTRAY } else { 1.0 };
+        // Converted apart, because a choice of doubles would be converted in the tick.
+        let share = if astray { T::splat(ASTRAY) } else { T::splat(1.0) };
         let cause = if displacement {
             self.contradiction_by_flow(state, share)
         } else {

@@ -94,12 +94,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// The sensor that is indicated after the displacement has failed: a spool that moves against its command, or velocity or
     /// force if a share of the fast flows' limits is exceeded. The sums of wrong signs select one of these two.
     #[inline(always)]
-    pub(super) fn contradiction_by_flow(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
+    pub(super) fn contradiction_by_flow(&self, state: &PlausibilityState<T>, share: T) -> Cause {
         let (balance, limits) = (&state.balance, &self.balance);
         let beyond =
             balance.turned.is_beyond(limits.turned, share) || balance.fast.is_beyond(limits.fast, share);
         match self.only_motion(state) {
-            _ if state.stroke.against.is_beyond(self.stroke.against, 1.0) => Cause::SpoolImplausible,
+            _ if state.stroke.against.is_beyond(self.stroke.against, T::splat(1.0)) => {
+                Cause::SpoolImplausible
+            }
             Some((sensor, _)) if beyond && self.spool_follows(state) => {
                 of_sign(state.reversal.larger(), sensor)
             }
@@ -112,7 +114,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
         let ([.., spool], stroke) = (&state.signals, &state.stroke);
         let same = (spool.last - self.null_bias) * (stroke.opening - self.null_bias) > T::splat(0.0);
-        same && !stroke.against.is_beyond(self.stroke.against, AGAINST) && !self.is_frozen(spool)
+        same && !stroke.against.is_beyond(self.stroke.against, T::splat(AGAINST)) && !self.is_frozen(spool)
     }
 
     /// A signal whose noise has stopped, or that repeats although it should have moved.
@@ -167,23 +169,23 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// The sensor that the sums indicate. If the force is far from its command, a share of the limits is enough, except
     /// for those of flow balance, stroke and the spool's direction.
     #[inline(always)]
-    pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: f64) -> Cause {
+    pub(super) fn contradiction(&self, state: &PlausibilityState<T>, share: T) -> Cause {
         let (balance, stroke) = (&state.balance, &state.stroke);
-        let slow = |share| balance.slow.is_beyond(self.balance.slow, share);
+        let slow = |share| balance.slow.is_beyond(self.balance.slow, T::splat(share));
         let fast = || balance.fast.is_beyond(self.balance.fast, share);
         let turned = || balance.turned.is_beyond(self.balance.turned, share);
-        let differs = |share| stroke.difference.is_beyond(self.stroke.difference, share);
+        let differs = |share| stroke.difference.is_beyond(self.stroke.difference, T::splat(share));
         let [_, displacement, velocity, spool] = &state.signals;
         if self.travels_beyond(state, share) {
             self.of_motion(state)
         } else if self.ratio_is_beyond(state, share) {
             self.of_ratio(state)
-        } else if stroke.against.is_beyond(self.stroke.against, 1.0) {
+        } else if stroke.against.is_beyond(self.stroke.against, T::splat(1.0)) {
             Cause::SpoolImplausible
         } else if turned() || fast() {
             if self.is_frozen(spool) {
                 Cause::SpoolImplausible
-            } else if self.travels_beyond(state, 0.3) || self.is_frozen(velocity) {
+            } else if self.travels_beyond(state, T::splat(0.3)) || self.is_frozen(velocity) {
                 match self.of_motion(state) {
                     // These flows contain the velocity's sensor only: a displacement that moves does not change them.
                     // An estimated velocity contains the displacement.
@@ -198,7 +200,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
                 Cause::ForceImplausible
             }
         } else if slow(1.0) {
-            if self.travels_beyond(state, 0.3) {
+            if self.travels_beyond(state, T::splat(0.3)) {
                 self.of_motion(state)
             } else if differs(0.05) || self.is_frozen(spool) {
                 Cause::SpoolImplausible

@@ -63,7 +63,7 @@ impl<T: Real> LoadPressureWatch<T> {
             let allowed = self.area * (T::splat(GAIN) * pressure.abs() + change.abs());
             state.sum.add(period * off, period * (self.tolerance + allowed), self.limit);
         }
-        let beyond = state.sum.is_beyond(self.limit, 1.0);
+        let beyond = state.sum.is_beyond(self.limit, T::splat(1.0));
         // The next readings show whether the pressure itself has failed, which is not a fault of the force.
         let repeated = beyond && state.signal.repeats >= repeats;
         state.failed |= state.signal.lost > lost_samples || gate.is_still(&state.signal) || repeated;

@@ -58,7 +58,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let tolerance = larger(T::splat(MOTION) * size, T::splat(SOUND) * size + limits.ratio_drift);
         let change = [self.period * beyond, self.period * tolerance, limits.ratio];
         sums.ratio_began.add(&mut sums.ratio, change, [limits.late, size]);
-        let differs = sums.travel.is_beyond(limits.travel, DIFFERS);
+        let differs = sums.travel.is_beyond(limits.travel, T::splat(DIFFERS));
         sums.evidence.add(differs, off, unbalanced, self.area);
         // The flow's residual vanishes with the correct one of the two.
         let worse = off * (unbalanced - T::splat(0.5) * (self.area * off));
@@ -69,14 +69,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
 
     /// Whether the travel is beyond a share of its limit, and what a delay may have added.
     #[inline(always)]
-    pub(super) fn travels_beyond(&self, state: &PlausibilityState<T>, share: f64) -> bool {
+    pub(super) fn travels_beyond(&self, state: &PlausibilityState<T>, share: T) -> bool {
         let (limits, Motion { travel, travel_began, velocity, .. }) = (&self.motion, &state.motion);
         travel_began.is_beyond(travel, limits.travel, share, [limits.late, *velocity])
     }
 
     /// The same of the ratio.
     #[inline(always)]
-    pub(super) fn ratio_is_beyond(&self, state: &PlausibilityState<T>, share: f64) -> bool {
+    pub(super) fn ratio_is_beyond(&self, state: &PlausibilityState<T>, share: T) -> bool {
         let (limits, Motion { ratio, ratio_began, fine_velocity, .. }) = (&self.motion, &state.motion);
         ratio_began.is_beyond(ratio, limits.ratio, share, [limits.late, fine_velocity.abs()])
     }

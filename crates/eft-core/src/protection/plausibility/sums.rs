@@ -24,8 +24,8 @@ impl<T: Real> Sum<T> {
 
     /// Whether either side is beyond a share of the limit.
     #[inline(always)]
-    pub(super) fn is_beyond(&self, limit: T, share: f64) -> bool {
-        larger(self.above, self.below) > T::splat(share) * limit
+    pub(super) fn is_beyond(&self, limit: T, share: T) -> bool {
+        larger(self.above, self.below) > share * limit
     }
 }
 
@@ -60,9 +60,9 @@ impl<T: Real> Began<T> {
 
     /// Whether either side is beyond a share of the sum's limit and what a delay may have added.
     #[inline(always)]
-    pub(super) fn is_beyond(&self, sum: &Sum<T>, limit: T, share: f64, [delay, now]: [T; 2]) -> bool {
+    pub(super) fn is_beyond(&self, sum: &Sum<T>, limit: T, share: T, [delay, now]: [T; 2]) -> bool {
         let [above, below] = self.allowed(delay, now);
-        larger(sum.above - above, sum.below - below) > T::splat(share) * limit
+        larger(sum.above - above, sum.below - below) > share * limit
     }
 
     /// What a delay (s) of either sign may have added to the two sides of the sum.
