@@ -199,6 +199,12 @@ class _Conversation:
         self._connection.settimeout(self._patience)
         self._connection.sendall(message.tobytes())
 
+    def _acknowledge_at_once(self) -> None:
+        # OpenSees sends its next message only after an acknowledgement of the last one, for which Linux may take 40 ms.
+        # The kernel withdraws the option by itself.
+        if hasattr(socket, "TCP_QUICKACK"):
+            self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
+
     def _receive(self, size: int, first: float) -> bytes:
         """Read a number of bytes, with `first` s for the first one and `patience` for the others."""
         data = bytearray()
@@ -208,6 +214,7 @@ class _Conversation:
             if left <= 0.0:
                 raise ClientError("the client fell silent")
             self._connection.settimeout(left)
+            self._acknowledge_at_once()
             try:
                 part = self._connection.recv(size - len(data))
             except TimeoutError:
