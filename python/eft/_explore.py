@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from eft._native import Rig
+from eft._study._values import value_in_effect
 
 __all__ = ["explore", "page", "settings"]
 
@@ -85,9 +86,7 @@ def page(rig: Rig) -> str:
         )
     values = {}
     for name, (key, factor) in SLIDERS.items():
-        # The true value of the plant if the rig has one, otherwise the configured value.
-        value = rig[key] if rig[key] is not None else rig[key.removeprefix("truth.")]
-        values[name] = float(value) / factor
+        values[name] = float(value_in_effect(rig, key)) / factor
     start = {
         "lines": settings(rig),
         "values": values,

@@ -210,6 +210,14 @@ def test_a_map_over_values_with_units_and_over_whole_numbers(folder, capsys):
         eft.linear.stability_map(RIG, ("structure.mass", masses), ("dac.delay", [1.5]))
 
 
+@pytest.mark.parametrize("key", ["truth.structure.mass", "actuator.attachment_stiffness"])
+def test_a_map_over_a_value_that_the_rig_does_not_have(folder, key):
+    low, high = {"truth.structure.mass": ("6 t", "8 t")}.get(key, ("1e7", "1e8"))
+    axes = ["--x", key, low, high, "2", "--y", "compensation.level", "0.9", "1.1", "2"]
+    assert main(["map", *axes, "-o", "m.png"]) == 0
+    assert (folder / "m.png").read_bytes().startswith(b"\x89PNG")
+
+
 @pytest.mark.parametrize("kind", eft.linear.STABILITY_MAPS)
 def test_the_named_maps(folder, kind, capsys):
     assert main(["map", "--rig", "rig.toml", "--kind", kind, "--json"]) == 0

@@ -60,7 +60,7 @@ def test_map_of_level_and_damping_shows_where_it_is_stable():
     np.testing.assert_array_equal(growth < 0, levels < np.array(margins)[:, None])
     np.testing.assert_array_equal(found.stable, growth < 0)
     assert np.diff(margins).min() > 0, "the paper: higher damping raises the tolerable level"
-    assert ax.get_xlabel() == "level" and ax.get_ylabel() == "damping (N·s/m)"
+    assert ax.get_xlabel() == "compensation level" and ax.get_ylabel() == "structure damping (N·s/m)"
 
 
 def test_map_of_delay_and_rate_is_the_linear_model_at_each_point():

@@ -76,6 +76,12 @@ def own_value(rig: Rig, key: str) -> Any:
         raise ValueError(str(error.args[0])) from None
 
 
+def value_in_effect(rig: Rig, key: str) -> Any:
+    """The rig's value of a key; that of the plant for a key under ``truth``, which may be absent."""
+    plain = key.removeprefix("truth.")
+    return rig[key] if plain == key else rig.plant[plain]
+
+
 def _first_below(section: str) -> str:
     return next(entry["key"] for entry in rig_keys() if entry["key"].startswith(f"{section}."))
 

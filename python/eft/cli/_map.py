@@ -10,7 +10,7 @@ import click
 import eft
 from eft._files import atomic_write, write_text
 from eft._native import quantity
-from eft._study._values import kind_of
+from eft._study._values import kind_of, value_in_effect
 from eft._test_file import read_rig
 from eft.cli._output import FILE, as_json, emit_json, epilog, json_text, settings, units_option
 from eft.traces._write import check_folder
@@ -154,9 +154,12 @@ def _write(found: eft.linear.StabilityMap, rig: eft.Rig, target: Path) -> None:
             ax.set_title(rig["name"] or "")
             if found.quantity == "growth_rate":
                 keys = found.horizontal_key, found.vertical_key
-                here = [rig[key] * map_axis(key).factor for key in keys]
-                ax.plot(*here, "o", color="black", markerfacecolor="white", label="this rig")
-                ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+                here = [(value_in_effect(rig, key), map_axis(key).factor) for key in keys]
+                # A rig without an optional value has no place on its axis.
+                if all(value is not None for value, _ in here):
+                    point = [value * factor for value, factor in here]
+                    ax.plot(*point, "o", color="black", markerfacecolor="white", label="this rig")
+                    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
             figure.savefig(temporary)
 
 

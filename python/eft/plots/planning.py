@@ -296,8 +296,8 @@ def map_axis(key: str) -> _display.Shown:
 
 
 def _axis_label(key: str) -> str:
-    """The last part of a dotted key in words, with its unit."""
-    unit, words = map_axis(key).unit, key.rpartition(".")[2].replace("_", " ")
+    """A dotted key in words, with its unit."""
+    unit, words = map_axis(key).unit, key.replace("truth.", "true ").replace(".", " ").replace("_", " ")
     return f"{words} ({unit})" if unit else words
 
 
