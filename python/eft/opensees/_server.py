@@ -200,8 +200,8 @@ class _Conversation:
         self._connection.sendall(message.tobytes())
 
     def _acknowledge_at_once(self) -> None:
-        # OpenSees sends its next message only after an acknowledgement of the last one, for which Linux may take 40 ms.
-        # The kernel withdraws the option by itself.
+        # OpenSees sends its next message only after an acknowledgement of the last one, for which Linux may
+        # take 40 ms. The kernel withdraws the option by itself.
         if hasattr(socket, "TCP_QUICKACK"):
             self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
 
