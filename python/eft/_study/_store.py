@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import os
 import re
 import reprlib
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import IO, Any, Protocol
 
 from eft import _foreign as foreign
 from eft._extras import need
@@ -136,11 +136,12 @@ class Folder:
         others = {entry.name for entry in self.path.iterdir()} - {_LOCK}
         if others and ABOUT not in others and not all(name.startswith("._study-") for name in others):
             raise ValueError(f"{self.path}: holds other files: must be a study, empty, or not there yet")
-        lock = foreign.descriptor(self.path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW)
+        no_links = getattr(os, "O_NOFOLLOW", 0)
+        lock = foreign.descriptor(self.path / _LOCK, os.O_RDWR | os.O_CREAT | no_links)
         with os.fdopen(lock, "r+b") as file:
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
+                _lock(file)
+            except (BlockingIOError, PermissionError):
                 raise ValueError(f"{self.path}: another process is at work on this study") from None
             except OSError:
                 pass  # Without locks of the file system two processes repeat work, but do no damage.
@@ -209,6 +210,18 @@ class Folder:
         for leftover in [file for pattern in patterns for file in self.path.glob(pattern)]:
             with contextlib.suppress(FileNotFoundError):
                 leftover.unlink()
+
+
+def _lock(file: IO[bytes]) -> None:
+    """Lock a file until it is closed; OSError if another process has locked it, or if there are no locks."""
+    if sys.platform == "win32":
+        import msvcrt
+
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def by_column(rows: Sequence[Row], names: Sequence[str]) -> Columns:
