@@ -90,11 +90,13 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     - noise, resolution and bias of the sensors; resolution counts as white noise of the rounding;
     - an unknown null bias of the valve, until an integral part of the force loop has found it. One that
       self-calibration learns, with a bias of the velocity in it, counts wholly for the first 0.8 s;
-    - an unknown lap of the spool, to first order. Above a fiftieth of the opening it makes larger force
-      errors, and ``left_out`` names it;
+    - an unknown lap of the spool, by the flow gain that is nearest to it at the openings of the test, and the
+      rest to first order. Above a fiftieth of the opening the errors are uncertain by about a third, and
+      ``left_out`` names the lap;
+    - an oscillation about null by an unknown underlap, where the openings are small;
     - friction, in the force's error only;
-    - flow curve and load pressure without the nonlinear scheme, to first order. A simpler scheme than the
-      advised one is a caution only if an error comes near its limit, or is unknown.
+    - flow curve and load pressure without the nonlinear scheme, likewise. A simpler scheme than the advised
+      one is a caution only if an error comes near its limit, or is unknown.
 
     The pressure to which the supply falls under the flow of the demands is judged as after the test, by
     ``verdict.caution.supply_pressure`` and ``verdict.no.supply_pressure``. These are cautions as well:

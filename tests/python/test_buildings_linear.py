@@ -1,5 +1,7 @@
 """Linear models of buildings, compared with matrices from this file and with the simulation."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -137,6 +139,12 @@ def test_floors_that_share_poles_have_the_eigenvalues_of_numpy(floors):
         assert max(np.abs(found - pole).min() for pole in lasting) < 1e-11, change
         growth = np.log(np.abs(expected).max()) * rig["controller.sample_rate"]
         assert model.growth_rate == pytest.approx(growth, rel=1e-7, abs=1e-7)
+
+
+def test_poles_at_zero_of_several_delays_are_found():
+    rig = eft.Rig.from_toml(Path(__file__).parent / "data" / "poles-at-zero.toml")
+    found = eft.check_feasibility(rig, eft.Command(np.zeros((3, 64)), 4096.0))
+    assert 1000.0 < found.smallest_sample_rate < 12_800.0
 
 
 def test_the_margins_of_a_building_of_three_floors_lie_between_stable_and_unstable():

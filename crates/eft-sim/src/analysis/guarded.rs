@@ -24,24 +24,27 @@ pub(crate) struct Guarded {
 }
 
 /// The rig after its guard, without self-calibration, has reduced the level at a sample rate (Hz); `None` if the guard does
-/// not act.
+/// not act. It acts on a motion which is large beside an unknown lap, and this lap is not in the result.
 ///
 /// # Errors
 /// As [`linearize`](crate::analysis::linear::linearize); a design that does not exist at this rate.
 pub fn guarded(rig: &RigConfig, sample_rate: f64) -> Result<Option<RigConfig>> {
-    Ok(after_guard(rig, sample_rate)?.map(|found| found.rig))
+    Ok(after_guard(&rig.with_known_lap(), 1.0, sample_rate)?.map(|found| found.rig))
 }
 
-/// As [`guarded`], with what makes the guard act.
+/// As [`guarded`], with what makes the guard act. The rig's flow has this gain (1) because of its openings. Where they pass
+/// less, the guard has reduced the level at smaller ones, and raises it again.
 ///
 /// # Errors
 /// As [`guarded`].
-pub(crate) fn after_guard(rig: &RigConfig, sample_rate: f64) -> Result<Option<Guarded>> {
+pub(crate) fn after_guard(rig: &RigConfig, gain: f64, sample_rate: f64) -> Result<Option<Guarded>> {
     let compensation = &rig.compensation;
     if !compensation.guard || compensation.adaptive || compensation.level == 0.0 {
         return Ok(None);
     }
-    let fixed = rig.with_fixed_gains(sample_rate)?;
+    let less = gain.min(1.0);
+    let lasting = rig.with_fixed_gains(sample_rate)?;
+    let fixed = lasting.varied(|values| values.servovalve.flow_gain_scale /= less);
     let motion = motion(&fixed, sample_rate)?;
     let (frequency, used) = (motion.angular / TAU, motion.used_over_true);
     let budget = delay_budget(rig, sample_rate, BUDGET)?;
@@ -53,8 +56,8 @@ pub(crate) fn after_guard(rig: &RigConfig, sample_rate: f64) -> Result<Option<Gu
     let tolerated = if fixed.controller.integrates() { TOLERATED_WITH_INTEGRAL } else { TOLERATED };
     let excess = (full - whole) / tolerated;
     Ok((excess > 1.0).then(|| {
-        let factor = (whole / full).max(LOWEST_LEVEL);
-        let rig = fixed.varied(|values| values.compensation.level *= factor);
+        let factor = ((whole / full).max(LOWEST_LEVEL) / less).min(1.0);
+        let rig = lasting.varied(|values| values.compensation.level *= factor);
         Guarded { rig, excess, angular: motion.angular }
     }))
 }

@@ -40,17 +40,22 @@ pub enum Unreached {
 /// The rig after self-calibration at a sample rate (Hz), with the gains that were designed for the configured
 /// rig. Its lead network has the phase and the amplitude that make valve, controller and velocity exact at the
 /// frequency of the motion, as far as the estimates reach. What is not learned, such as the oil and the leakage of the
-/// feedforward, stays as configured.
+/// feedforward, stays as configured. The flow gain is that of a motion which is large beside an unknown lap, and this lap is
+/// not in the result.
 ///
 /// # Errors
 /// As [`linearize`]; a design that does not exist at this rate.
 pub fn learned(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
-    Ok(after_learning(rig, sample_rate)?.0)
+    Ok(after_learning(&rig.with_known_lap(), 1.0, sample_rate)?.0)
 }
 
 /// As [`learned`], and what self-calibration needs and does not reach. An excess of flow is not among it, because the guard then
-/// reduces the level.
-pub(crate) fn after_learning(rig: &RigConfig, sample_rate: f64) -> Result<(RigConfig, Vec<Unreached>)> {
+/// reduces the level. The rig's flow has this gain (1) because of its openings; the estimate follows them as they grow.
+pub(crate) fn after_learning(
+    rig: &RigConfig,
+    gain: f64,
+    sample_rate: f64,
+) -> Result<(RigConfig, Vec<Unreached>)> {
     let calibrated = calibrated(rig, sample_rate)?;
     let motion = motion(&calibrated, sample_rate)?;
     let valve = valve_response(rig, motion.angular / TAU) / rig.compensation.valve_gain;
@@ -59,12 +64,13 @@ pub(crate) fn after_learning(rig: &RigConfig, sample_rate: f64) -> Result<(RigCo
     let share = if level > 0.0 { compensated_share(&calibrated)? / level } else { 1.0 };
     let (flow_gain, valve_gain) = (share * motion.used_over_true.norm(), valve.norm());
     let known = rig.compensation.velocity_delay + rig.velocity_delay(sample_rate)?;
-    if flow_gain * valve_gain < 1.0 && unexplained(flow_gain, valve_gain) > REJECTED {
+    let first = flow_gain / gain;
+    if first * valve_gain < 1.0 && unexplained(first, valve_gain) > REJECTED {
         let fixed = rig.with_fixed_gains(sample_rate)?.varied(|values| {
             values.compensation.adaptive = false;
             values.compensation.velocity_delay = known;
         });
-        return Ok((fixed, vec![Unreached::Rejected(flow_gain, valve_gain)]));
+        return Ok((fixed, vec![Unreached::Rejected(first, valve_gain)]));
     }
     // The velocity's delay that is found ends twice the configured response delay above the known one.
     let velocity_delay = -motion.used_over_true.arg() / motion.angular;
@@ -188,7 +194,28 @@ impl Lead {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::guarded;
     use crate::analysis::linear::lead_response;
+
+    #[test]
+    fn a_lap_that_nobody_knows_changes_neither_learned_nor_guarded_level() {
+        let level = |overlap: f64, adaptive: bool| {
+            let rig = RigConfig::zhao2005().replace(&[
+                ("compensation.guard", true.into()),
+                ("compensation.adaptive", adaptive.into()),
+                ("servovalve.flow_gain_scale", 1.2.into()),
+                ("truth.servovalve.overlap", overlap.into()),
+            ]);
+            let rig = rig.unwrap();
+            let tuned =
+                if adaptive { learned(&rig, 4096.0) } else { guarded(&rig, 4096.0).map(Option::unwrap) };
+            tuned.unwrap().compensation.level
+        };
+        for adaptive in [true, false] {
+            let (with, without) = (level(-1e-3, adaptive), level(0.0, adaptive));
+            assert!((with - without).abs() < 1e-9 && without < 0.9, "{adaptive}: {with} {without}");
+        }
+    }
 
     #[test]
     fn a_lead_has_the_phase_that_was_asked_for() {

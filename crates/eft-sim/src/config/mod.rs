@@ -267,6 +267,11 @@ impl RigConfig {
         }
         varied
     }
+
+    /// The rig whose valve has the lap that the controller knows. An unknown lap has no effect on a large motion.
+    pub(crate) fn with_known_lap(&self) -> Self {
+        self.varied(|values| values.servovalve.overlap = self.servovalve.overlap)
+    }
 }
 
 #[cfg(test)]

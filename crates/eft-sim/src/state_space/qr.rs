@@ -9,6 +9,9 @@ use nalgebra::{Complex, DMatrix};
 
 /// Largest number of steps on one eigenvalue; two or three are typical.
 const MOST_STEPS: usize = 300;
+/// After this number of steps without convergence an entry is compared with the largest one. Several delays make a group of
+/// poles at zero, which no entry there is small beside.
+const STUCK: usize = 40;
 /// After this number of steps without convergence the shifts are replaced, to leave a cycle.
 const EXCEPTIONAL: usize = 10;
 
@@ -22,7 +25,7 @@ pub(super) fn hessenberg_eigenvalues(mut h: DMatrix<f64>) -> Option<Vec<Complex<
     // The active block ends before `end`.
     let (mut end, mut steps) = (h.nrows(), 0);
     while end > 0 {
-        let start = block_start(&mut h, end, largest);
+        let start = block_start(&mut h, end, largest, steps >= STUCK);
         match end - start {
             1 => values.push(Complex::new(h[(start, start)], 0.0)),
             2 => values.extend(eigenvalues_of_two(entries(&h, start))),
@@ -40,11 +43,11 @@ pub(super) fn hessenberg_eigenvalues(mut h: DMatrix<f64>) -> Option<Vec<Complex<
 }
 
 /// Start of the coupled block that ends before `end`. The entry that couples it to the rows before is
-/// negligible and set to zero.
-fn block_start(h: &mut DMatrix<f64>, end: usize, largest: f64) -> usize {
+/// negligible and set to zero, beside its neighbours or, if `stuck`, beside the largest entry.
+fn block_start(h: &mut DMatrix<f64>, end: usize, largest: f64, stuck: bool) -> usize {
     for k in (1..end).rev() {
         let neighbours = h[(k - 1, k - 1)].abs() + h[(k, k)].abs();
-        let scale = if neighbours == 0.0 { largest } else { neighbours };
+        let scale = if stuck || neighbours == 0.0 { largest } else { neighbours };
         if h[(k, k - 1)].abs() <= f64::EPSILON * scale {
             h[(k, k - 1)] = 0.0;
             return k;

@@ -4,12 +4,14 @@ mod curve;
 mod guard;
 mod nonlinear;
 mod signals;
+mod underlap;
 mod unmodelled;
 
 use self::nonlinear::{NOTICED, Unknown};
 use self::signals::{Faded, Signals, Spectrum};
+use self::underlap::Oscillation;
 pub use self::unmodelled::Play;
-use crate::analysis::linear::{AboutRest, Complex, FlowGain, StateSpace, about_rest, disturbed};
+use crate::analysis::linear::{Complex, FlowGain, StateSpace, about_rest, disturbed};
 use crate::analysis::{Unreached, after_guard, after_learning};
 use crate::config::{ForceLoop, RigConfig};
 use crate::error::{Error, Result};
@@ -22,6 +24,11 @@ const NULL: &str = "servovalve.null_bias";
 /// Time (s) whose whole force by an unknown null has the mean square of the force in a test that learns it. It was 0.6 to
 /// 1.3 s in sweeps of 1 to 8 kN on the paper's rig, with noise and without.
 const UNLEARNED: f64 = 0.8;
+/// Largest number of gains of the valve that are tried, and the relative difference that ends the search.
+const GAINS: usize = 8;
+const SAME_GAIN: f64 = 5e-3;
+/// Power of the largest gain of a stable loop up to which one is tried.
+const STABLE: f64 = 0.9;
 /// Part of an error that is noticed (1).
 const TENTH: f64 = 0.1;
 
@@ -71,31 +78,22 @@ pub struct PredictedError {
 /// # Errors
 /// [`Error::Interrupted`].
 pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Prediction>> {
-    let learns = rig.compensation.adaptive;
-    let Some(first) = commands.first() else { return Ok(None) };
-    let rate = first.sample_rate;
     let found = |rig: &RigConfig| {
-        // An unknown lap disturbs the loop with the known one.
-        let told = rig.varied(|values| values.servovalve.overlap = rig.servovalve.overlap);
-        let (mut judged, unreached) = if learns { after_learning(&told, rate)? } else { (told, Vec::new()) };
-        let mut model = disturbed(&judged, FlowGain::Mean, rate)?;
-        let duration = first.values.len() as f64 / rate;
-        let (mut before, mut swing) = (None, 0.0);
-        if let Some(guarded) = after_guard(&judged, rate)? {
-            let growth = model.growth_rate()?;
-            if growth > AT_REST {
-                model = disturbed(&guarded.rig, FlowGain::Mean, rate)?;
-                swing = guard::swing(&guarded, growth, model.growth_rate()?, duration);
-                judged = guarded.rig;
-            } else if let Some(sample) = guard::reduced(&guarded, &model, commands)? {
-                let whole = std::mem::replace(&mut model, disturbed(&guarded.rig, FlowGain::Mean, rate)?);
-                (judged, before) = (guarded.rig, Some((whole, sample)));
+        let Some(faded) = Faded::of(commands)? else { return Ok(None) };
+        // An unknown lap and a curve change the gain of the loop, which determines the openings.
+        let unknown = Unknown::of(rig)?;
+        let (mut gain, mut test) = (1.0, Loop::of(rig, 1.0, commands, &faded)?);
+        let about_null = Oscillation::of(&test.rig, unknown.underlap(), commands.len(), faded.sample_rate)?;
+        let most = about_null.as_ref().map_or(f64::INFINITY, |found| found.gain);
+        for _ in 0..GAINS {
+            let found = unknown.gain(&test.signals, &faded)?.min(most.powf(STABLE));
+            if !((found - gain).abs() > SAME_GAIN * gain) {
+                break;
             }
+            gain = found;
+            test = Loop::of(rig, gain, commands, &faded)?;
         }
-        // Noise acts at every opening of the motion, where the curve is less steep than at rest.
-        let at_rest = about_rest(&tied(&judged, duration), FlowGain::Nominal, rate)?;
-        let found = errors(rig, &judged, &model, (before, swing), at_rest, commands)?;
-        Ok(found.map(|prediction| Prediction { unreached, ..prediction }))
+        errors(rig, (unknown, about_null), gain, test, &faded, commands).map(Some)
     };
     let predicted = || {
         let Some(mut prediction) = found(rig)? else { return Ok(None) };
@@ -137,44 +135,85 @@ fn learns_null(rig: &RigConfig) -> bool {
         && rig.controller.force_loop == ForceLoop::Pd
 }
 
-/// The prediction from a stable linear model and the state about rest; `None` without a command below 20 Hz.
+/// A test in its linear loop, after a self-calibration or a guard.
+struct Loop {
+    rig: RigConfig,
+    model: StateSpace,
+    signals: Vec<Signals>,
+    /// Root mean square (m) of the motion before a guard stops it.
+    swing: f64,
+    unreached: Vec<Unreached>,
+}
+
+impl Loop {
+    /// With this gain (1) of the true valve over that about rest.
+    fn of(rig: &RigConfig, gain: f64, commands: &[Command], faded: &Faded) -> Result<Self> {
+        let rate = faded.sample_rate;
+        // An unknown lap disturbs the loop with the known one.
+        let told = rig.with_known_lap().varied(|values| values.servovalve.flow_gain_scale *= gain);
+        let learns = rig.compensation.adaptive;
+        let (mut rig, unreached) =
+            if learns { after_learning(&told, gain, rate)? } else { (told, Vec::new()) };
+        let mut model = disturbed(&rig, FlowGain::Mean, rate)?;
+        let (mut before, mut swing) = (None, 0.0);
+        if let Some(guarded) = after_guard(&rig, gain, rate)? {
+            let growth = model.growth_rate()?;
+            if growth > AT_REST {
+                model = disturbed(&guarded.rig, FlowGain::Mean, rate)?;
+                swing = guard::swing(&guarded, growth, model.growth_rate()?, faded.duration());
+                rig = guarded.rig;
+            } else if let Some(sample) = guard::reduced(&guarded, &model, commands)? {
+                let whole = std::mem::replace(&mut model, disturbed(&guarded.rig, FlowGain::Mean, rate)?);
+                (rig, before) = (guarded.rig, Some((whole, sample)));
+            }
+        }
+        let mut signals = Signals::of(&model, commands, faded)?;
+        if let Some((before, sample)) = before {
+            signals = guard::switched(Signals::of(&before, commands, faded)?, signals, faded, sample)?;
+        }
+        Ok(Self { rig, model, signals, swing, unreached })
+    }
+}
+
+/// The prediction from a stable linear model.
 fn errors(
     rig: &RigConfig,
-    judged: &RigConfig,
-    model: &StateSpace,
-    (before, swing): (Option<(StateSpace, usize)>, f64),
-    mut at_rest: AboutRest,
+    (mut unknown, about_null): (Unknown, Option<Oscillation>),
+    gain: f64,
+    test: Loop,
+    faded: &Faded,
     commands: &[Command],
-) -> Result<Option<Prediction>> {
-    let mut left_out = left_out(rig, model);
-    let mut unknown = Unknown::of(rig, judged)?;
+) -> Result<Prediction> {
+    let Loop { rig: judged, model, mut signals, swing, unreached } = test;
+    // Noise acts at every opening of the motion, where the curve is less steep than at rest.
+    let slope = if unknown.has_curve() { FlowGain::Mean } else { FlowGain::Nominal };
+    let mut at_rest = about_rest(&tied(&judged, faded.duration()), slope, faded.sample_rate)?;
+    let mut left_out = left_out(rig, &model);
     let null_learned = learns_null(rig);
     if null_learned {
         // As long as nothing is learned the whole force is there.
-        let duration = commands[0].values.len() as f64 / commands[0].sample_rate;
-        let left = (UNLEARNED / duration).min(1.0).sqrt();
+        let left = (UNLEARNED / faded.duration()).min(1.0).sqrt();
         unknown.null *= left;
         let learned = at_rest.constants.iter_mut().filter(|(key, _)| *key == "sensors.velocity.bias");
         learned.flat_map(|(_, all)| all.iter_mut().flatten()).for_each(|value| *value *= left);
     }
-    let Some(faded) = Faded::of(commands)? else { return Ok(None) };
-    let mut signals = Signals::of(model, commands, &faded)?;
-    if let Some((before, sample)) = before {
-        signals = guard::switched(Signals::of(&before, commands, &faded)?, signals, &faded, sample)?;
-    }
     if unknown.any() {
-        unknown.disturb(judged, model, &faded, &mut signals)?;
+        unknown.disturb(&judged, &model, gain, faded, &mut signals)?;
     }
     let none = PredictedError { whole: 0.0, noise: 0.0, constant: 0.0 };
     let (mut force, mut displacement, mut opening, mut null) = (none, none, 0.0_f64, 0.0_f64);
     let (mut oscillation, mut known) = (none, none);
     for (i, own) in signals.into_iter().enumerate() {
         null = null.max(faded.rms(own.by_null[0].clone(), 0.0)?);
+        let swings = about_null.as_ref().map_or(Ok([0.0; 2]), |found| found.sizes(i, &own, faded))?;
+        let rings = about_null
+            .as_ref()
+            .map_or(0.0, |found| if within_oil(found.frequency) { swings[0] } else { 0.0 });
         let error = |which: usize, missed: Spectrum, wanted: f64| {
             let held = at_rest.constants.iter().map(|(_, all)| all[i][which]).sum();
             let noise = at_rest.deviations[i][which];
             let swing = if which == 1 { swing } else { 0.0 };
-            let whole = faded.rms(missed, held)?.hypot(noise).hypot(swing);
+            let whole = faded.rms(missed, held)?.hypot(noise).hypot(swing).hypot(swings[which]);
             let constant = faded.rms(own.by_null[which].clone(), held)?;
             Ok::<_, Error>([whole, noise, constant].map(|part| part / wanted))
         };
@@ -183,7 +222,8 @@ fn errors(
         oil[..slow].fill(Complex::ZERO);
         let (oil, noise) = (faded.rms(oil, 0.0)?, at_rest.oscillations[i]);
         let wanted = faded.rms(own.command, 0.0)?;
-        oscillation = oscillation.or_larger([oil.hypot(noise), noise, 0.0].map(|part| part / wanted));
+        oscillation =
+            oscillation.or_larger([oil.hypot(noise).hypot(rings), noise, 0.0].map(|part| part / wanted));
         let followed = error(0, own.missed_force, wanted)?;
         known = known.or_larger(followed);
         let [whole, noise, constant] = followed;
@@ -195,7 +235,7 @@ fn errors(
     if faded.beyond > NOTICED * known.whole.powi(2) {
         left_out.push(format!("command above {:.0} Hz", faded.highest()));
     }
-    let play = unmodelled::play(rig, judged, commands)?;
+    let play = unmodelled::play(rig, &judged, commands)?;
     let noticed = unmodelled::noticed(rig, commands, force.whole, opening, &play)?;
     left_out.extend(noticed.into_iter().map(String::from));
     let largest = |all: &Vec<[f64; 2]>| all.iter().map(|one| one[0].abs()).fold(0.0, f64::max);
@@ -206,7 +246,7 @@ fn errors(
         left_out.push(overlap.into());
     }
     let lap = rig.servovalve.overlap.max(0.0) / opening;
-    Ok(Some(Prediction {
+    Ok(Prediction {
         force,
         displacement,
         oscillation,
@@ -214,9 +254,9 @@ fn errors(
         null_learned,
         overlap: lap,
         play,
-        unreached: Vec::new(),
+        unreached,
         left_out,
-    }))
+    })
 }
 
 impl PredictedError {
@@ -231,6 +271,11 @@ impl PredictedError {
             constant: self.constant.max(constant),
         }
     }
+}
+
+/// Whether a frequency (Hz) is one at which the oil column oscillates.
+fn within_oil(frequency: f64) -> bool {
+    (OIL_COLUMN.0..OIL_COLUMN.1).contains(&frequency)
 }
 
 /// Keys of a rig whose effect the prediction does not contain.

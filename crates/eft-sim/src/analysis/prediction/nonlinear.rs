@@ -1,26 +1,31 @@
 //! The effect of a lap and a null that the controller does not know, of friction, and of a flow curve that the scheme
-//! does not compensate for, to first order.
+//! does not compensate for. Lap and curve change the loop's gain to the one that is nearest to their flow at the openings of the
+//! test. The rest of their flow, null and friction disturb this loop to first order.
 //!
 //! Lap and friction follow the sign of a signal of the linear loop. An unknown overlap `Δ` takes the opening `Δ` from an open
 //! valve. Friction takes its force from a moving piston. The compensation is assumed to supply the flow of the motion.
 
+use eft_core::FlowTable;
+
 use crate::analysis::linear::{Complex, DMatrix, Disturbance, StateSpace, valve_response};
 use crate::analysis::prediction::curve::Curve;
 use crate::analysis::prediction::signals::{Faded, Signals, Spectrum, outputs};
-use crate::config::{Mode, Realization, RigConfig};
+use crate::config::{Mode, Realization, RigConfig, TABLE_CAPACITY};
 use crate::error::Result;
 
 /// Power beside that of an error that raises the error by a tenth (1).
 pub(super) const NOTICED: f64 = 0.21;
 /// Highest frequency (Hz) of the effects.
 const HIGHEST: f64 = 100.0;
-/// Lap over root-mean-square opening beyond which the predicted force error is more than a tenth too small.
+/// Lap over root-mean-square opening beyond which the predicted force error is uncertain by more than a tenth.
 const LARGE: f64 = 0.02;
 /// Force error over the ratio of a known underlap to the root-mean-square opening: valve and lead network follow the kinks
 /// of the opening too slowly.
 const KINKS: f64 = 2.0;
-/// Opening of the learned curve's first node over the largest one.
-const FIRST_NODE: f64 = 1.0 / 7.0;
+/// Steps of the learned curve from no flow to the table's largest.
+const STEPS: f64 = 7.0;
+/// Least gain (1) of a lap, whose dead zone may be larger than the whole motion.
+const LEAST: f64 = 0.05;
 
 /// The lap and the null that are not known, and the friction. A known friction improves the learning, but hardly the force, because the
 /// loop must still compress the oil at each reversal.
@@ -37,65 +42,91 @@ pub(super) struct Unknown {
     friction_velocity: f64,
     /// The valve, unless the scheme compensates for it.
     curve: Option<Curve>,
-    /// The configured level over the one to which a guard reduces it (1).
-    reduced: Option<f64>,
-    learned: Learned,
-}
-
-/// What self-calibration compensates for of an unknown lap.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Learned {
-    Nothing,
-    /// The flow gain: the part that is proportional to the opening.
-    FlowGain,
-    /// The flow curve, which is linear up to its first node.
-    Curve,
+    /// Opening (1) of the first node of a learned flow curve, which is straight up to there.
+    node: Option<f64>,
 }
 
 impl Unknown {
-    /// Of a rig, and of the same one as its controller has tuned it.
-    pub(super) fn of(rig: &RigConfig, judged: &RigConfig) -> Result<Self> {
+    pub(super) fn of(rig: &RigConfig) -> Result<Self> {
         let plant = rig.plant();
         let valve = &plant.servovalve;
         let learns = rig.compensation.adaptive && rig.compensation.mode != Mode::Off;
-        let (guards, whole) = (rig.compensation.guard && !learns, rig.compensation.level);
+        let known = &rig.servovalve.flow_table;
+        let table = FlowTable::<f64, TABLE_CAPACITY>::new(&known.openings, &known.flows)?;
         Ok(Self {
-            curve: Curve::of(rig)?,
-            reduced: (guards && whole > judged.compensation.level).then(|| whole / judged.compensation.level),
+            // The slopes about rest are those of the loop with the known lap.
+            curve: Curve::of(&rig.with_known_lap())?,
             overlap: valve.overlap - rig.servovalve.overlap,
             null: rig.opening_at_rest(0) - valve.null_bias,
             underlap: (-rig.servovalve.overlap).max(0.0),
             friction: plant.actuator.friction,
             friction_velocity: plant.actuator.friction_velocity,
-            learned: match (learns, rig.compensation.corrects_curve()) {
-                (false, _) => Learned::Nothing,
-                (true, false) => Learned::FlowGain,
-                (true, true) => Learned::Curve,
-            },
+            node: (learns && rig.compensation.corrects_curve())
+                .then(|| table.opening(table.flow(1.0) / STEPS)),
         })
+    }
+
+    /// Whether the gain of the valve contains its curve.
+    pub(super) fn has_curve(&self) -> bool {
+        self.curve.is_some()
+    }
+
+    /// The underlap (1) that is not known.
+    pub(super) fn underlap(&self) -> f64 {
+        (-self.overlap).max(0.0)
     }
 
     pub(super) fn any(&self) -> bool {
         self.overlap != 0.0 || self.null != 0.0 || self.friction != 0.0 || self.curve.is_some()
     }
 
-    /// Whether the lap is too large beside the root-mean-square opening (1): an unknown one for a first order, a known one
+    /// Whether the lap is too large beside the root-mean-square opening (1): an unknown one for a sure error, a known one
     /// for no effect beside a force error (1).
     pub(super) fn is_large(&self, opening: f64, error: f64) -> bool {
         let kinks = KINKS * self.underlap / opening;
         self.overlap.abs() > LARGE * opening || kinks * kinks > NOTICED * error * error
     }
 
-    /// Adds the effects on force and motion to the signals of a rig with this model.
+    /// Gain (1) of the valve's flow that is nearest to its true one at these openings, over that about rest.
+    pub(super) fn gain(&self, signals: &[Signals], faded: &Faded) -> Result<f64> {
+        if self.overlap == 0.0 && self.curve.is_none() {
+            return Ok(1.0);
+        }
+        let (mut beyond, mut squares) = (0.0, 0.0);
+        for own in signals {
+            for [x, more] in self.beyond_linear(own, faded)? {
+                beyond += x * more;
+                squares += x * x;
+            }
+        }
+        Ok(if squares > 0.0 { (1.0 + beyond / squares).max(LEAST) } else { 1.0 })
+    }
+
+    /// The openings (1) of an actuator, and those which would pass about rest what each passes more.
+    fn beyond_linear(&self, own: &Signals, faded: &Faded) -> Result<impl Iterator<Item = [f64; 2]>> {
+        let (opening, forces) = (faded.signal(own.opening.clone())?, faded.signal(own.command.clone())?);
+        let most = self.overlap.abs();
+        let lap = move |x: f64| {
+            let learned = self.node.map_or(0.0, |node| self.overlap * (x / node).clamp(-1.0, 1.0));
+            self.overlap.signum() * x.clamp(-most, most) - learned
+        };
+        let curve = move |x, force| self.curve.as_ref().map_or(0.0, |curve| curve.beyond_linear(x, force));
+        Ok(opening.zip(forces).map(move |(x, force)| [x, curve(x, force) - lap(x)]))
+    }
+
+    /// Adds the effects on force and motion to the signals of a rig with this model and this gain (1) of
+    /// the valve's flow.
     pub(super) fn disturb(
         &self,
         rig: &RigConfig,
         model: &StateSpace,
+        gain: f64,
         faded: &Faded,
         signals: &mut [Signals],
     ) -> Result<()> {
         let (wide, count) = (faded.up_to(HIGHEST), signals.len());
-        let lost = signals.iter().map(|own| self.lost(own, faded, &wide)).collect::<Result<Vec<_>>>()?;
+        let lost =
+            signals.iter().map(|own| self.lost(own, gain, faded, &wide)).collect::<Result<Vec<_>>>()?;
         let responses = outputs(model, &["force", "displacement"]);
         let null = wide.spectrum(std::iter::repeat_n(self.null, wide.samples))?;
         let input = |of: Disturbance| (0..count).map(|i| of.input(i, count)).collect::<Vec<_>>();
@@ -123,35 +154,10 @@ impl Unknown {
         Ok(())
     }
 
-    /// Opening and force that an actuator loses.
-    fn lost(&self, own: &Signals, faded: &Faded, wide: &Faded) -> Result<Lost> {
-        let opening: Vec<f64> = faded.signal(own.opening.clone())?.collect();
-        let (overlap, most) = (self.overlap, self.overlap.abs());
-        let lap = |x: f64| overlap.signum() * x.clamp(-most, most);
-        let square: f64 = opening.iter().map(|x| x * x).sum();
-        let share = opening.iter().map(|x| lap(*x) * x).sum::<f64>() / square;
-        let node = FIRST_NODE * opening.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let compensated = |x: f64| match self.learned {
-            Learned::Nothing => 0.0,
-            Learned::FlowGain => share * x,
-            Learned::Curve => overlap * (x / node).clamp(-1.0, 1.0),
-        };
-        let mut lost: Vec<f64> = opening.iter().map(|x| compensated(*x) - lap(*x)).collect();
-        if let Some(curve) = &self.curve {
-            let forces = faded.signal(own.command.clone())?;
-            let beyond: Vec<f64> =
-                opening.iter().zip(forces).map(|(x, f)| curve.beyond_linear(*x, f)).collect();
-            let share = opening.iter().zip(&beyond).map(|(x, beyond)| x * beyond).sum::<f64>() / square;
-            let learned = match (self.learned, self.reduced) {
-                // The guard raises the level again, up to the configured one.
-                (Learned::Nothing, Some(reduced)) => share - (reduced * (1.0 + share) - 1.0).min(0.0),
-                (Learned::Nothing, None) => 0.0,
-                _ => share,
-            };
-            for ((lost, x), beyond) in lost.iter_mut().zip(&opening).zip(beyond) {
-                *lost += beyond - learned * x;
-            }
-        }
+    /// Opening and force that an actuator loses, where the valve's flow has this gain (1).
+    fn lost(&self, own: &Signals, gain: f64, faded: &Faded, wide: &Faded) -> Result<Lost> {
+        let beyond = self.beyond_linear(own, faded)?;
+        let lost: Vec<f64> = beyond.map(|[x, more]| (x + more) / gain - x).collect();
         let rub = |v: f64| -self.friction * v / v.hypot(self.friction_velocity);
         Ok(Lost {
             opening: wide.spectrum(lost)?,

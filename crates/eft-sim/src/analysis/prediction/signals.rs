@@ -26,7 +26,7 @@ pub(super) struct Faded {
     pub(super) samples: usize,
     /// With silence after the test, into which a motion that goes on at its end can ring.
     length: usize,
-    sample_rate: f64,
+    pub(super) sample_rate: f64,
     /// Index of the highest frequency.
     pub(super) last: usize,
     /// Share of the commands' power (1) beyond the highest frequency of the prediction.
@@ -50,6 +50,11 @@ impl Faded {
         let slow = up_to(HIGHEST)?;
         let known = slow.beyond <= 0.5;
         known.then(|| if slow.beyond > FAST.1 { up_to(FAST.0) } else { Ok(slow) }).transpose()
+    }
+
+    /// Duration (s) of the test.
+    pub(super) fn duration(&self) -> f64 {
+        self.samples as f64 / self.sample_rate
     }
 
     /// Highest frequency (Hz).
