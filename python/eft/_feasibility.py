@@ -78,7 +78,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. A loop that stays unstable after the calibration, or at the level to which the guard reduces
     it, is a "no". Any other unstable loop is a caution then, because only a test on the virtual rig shows the
-    result. ``eft check`` runs such a test.
+    result. ``eft check`` runs such a test. A loop in which a deviation grows 20 times until self-calibration has
+    found flow gain and delays, at the learner's largest rates, is a "no".
 
     The errors of force and displacement are those of the linear model in the long run, after a
     self-calibration as far as its estimates reach. All controllers of a building are taken to learn the same.
@@ -139,6 +140,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     rate = command.sample_rate
     errors = predicted(rig, command)
     findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate, errors)]
+    findings += _until_learned(rig, rate)
     findings += of_supply(rig, found["lowest_supply_pressure"], found["demands"])
     findings += of_protection(rig, rate)
     findings += _at_rest(rig, command)
@@ -170,6 +172,27 @@ def _left_out(rig: Rig, rate: float) -> tuple[str, ...]:
         return tuple(_native.linearize(rig, sampled=True, sample_rate=rate).left_out)
     except ValueError:
         return ()
+
+
+_LARGEST_GROWTH = 20.0
+"""Growth of a deviation until self-calibration has found its estimates: 5 % of the command become the whole."""
+
+
+def _until_learned(rig: Rig, rate: float) -> Iterator[Finding]:
+    """A finding if an unstable loop grows too far before it is calibrated."""
+    if not rig["compensation.adaptive"]:
+        return
+    try:
+        exponent = _native.growth_until_learned(rig, rate)
+    except ValueError:
+        return  # there is no linear model
+    if exponent > np.log(_LARGEST_GROWTH):
+        growth = f"{np.exp(exponent):.0f} times" if exponent < np.log(1e4) else "without a limit"
+        yield Finding(
+            "no",
+            f"A deviation grows {growth} until self-calibration has found flow gain and delays, which change "
+            "slowly. Configure them nearer to the true ones: eft identify finds them.",
+        )
 
 
 def _at_rest(rig: Rig, command: Command) -> Iterator[Finding]:

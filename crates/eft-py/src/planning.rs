@@ -184,6 +184,15 @@ pub(crate) fn learned(rig: GivenRig, #[pyo3(from_py_with = real_number)] sample_
     Ok(Rig { config: eft_sim::learned(&rig.config, sample_rate).map_err(to_python)? })
 }
 
+/// Return the exponent by which a deviation grows until self-calibration at a sample rate (Hz) has found its estimates.
+#[pyfunction]
+pub(crate) fn growth_until_learned(
+    rig: GivenRig,
+    #[pyo3(from_py_with = real_number)] sample_rate: f64,
+) -> PyResult<f64> {
+    eft_sim::growth_until_learned(&rig.config, sample_rate).map_err(to_python)
+}
+
 /// Return the rig with the level to which a guard alone will have reduced it at a sample rate (Hz), or None if it does not act.
 #[pyfunction]
 pub(crate) fn guarded(

@@ -19,7 +19,7 @@ pub mod metrics;
 pub mod plant;
 mod state_space;
 
-pub use analysis::{Unreached, feasibility, guarded, learned, linear, prediction};
+pub use analysis::{Unreached, feasibility, growth_until_learned, guarded, learned, linear, prediction};
 pub use closed_loop::{IdealResponse, SimulateOptions, TestRun, ideal_response, simulate};
 pub use config::RigConfig;
 pub use error::{Error, Result};

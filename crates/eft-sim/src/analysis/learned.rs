@@ -20,6 +20,13 @@ const LONGEST: f64 = 1.0;
 const REJECTED: f64 = 0.03;
 /// Share of the flow (1) by which the curve correction extends the lowest flow gain.
 const BY_CURVE: f64 = 0.2;
+/// Largest rates (1/s) of the flow gain, and of a delay over the configured response delay, as the learner limits them.
+const FLOW_GAIN_RATE: f64 = 0.5;
+const DELAY_RATE: f64 = 2.0;
+/// Time (s) until the first windows have a motion to learn from.
+const FIRST_WINDOWS: f64 = 0.1;
+/// Number of times at which the growth of a loop that is being calibrated is found.
+const TIMES: i32 = 6;
 /// Samples of the shortest response delay.
 const SHORTEST: f64 = 2.0;
 
@@ -107,6 +114,39 @@ pub(crate) fn after_learning(
         values.compensation.level = found_level;
     });
     Ok((rig, unreached.into_iter().flatten().collect()))
+}
+
+/// Exponent (1) by which a deviation grows until self-calibration has found flow gain and delays, at the learner's largest rates
+/// and at a sample rate (Hz); 0 for a loop that is stable at first.
+///
+/// # Errors
+/// As [`learned`].
+pub fn growth_until_learned(rig: &RigConfig, sample_rate: f64) -> Result<f64> {
+    let told = rig.with_known_lap();
+    let (learned, _) = after_learning(&told, 1.0, sample_rate)?;
+    let (first, last) = (&rig.compensation, &learned.compensation);
+    if first.level == 0.0 || last.level == 0.0 {
+        return Ok(0.0);
+    }
+    let delays = [first.response_delay + first.velocity_delay, last.response_delay + last.velocity_delay];
+    let (gain, delay) = (first.level / last.level, delays[1] - delays[0]);
+    let for_gain = (gain - 1.0).abs() / FLOW_GAIN_RATE;
+    let for_delay = delay.abs() / (DELAY_RATE * first.response_delay);
+    let duration = FIRST_WINDOWS + for_gain.max(for_delay);
+    let growth = |time: f64| {
+        let found =
+            |needed: f64| if needed > 0.0 { ((time - FIRST_WINDOWS) / needed).clamp(0.0, 1.0) } else { 1.0 };
+        let rig = learned.varied(|values| {
+            values.compensation.level = first.level / (1.0 + (gain - 1.0) * found(for_gain));
+            values.compensation.response_delay = delays[0] + delay * found(for_delay);
+        });
+        linearize(&rig, FlowGain::Mean, Time::Sampled(sample_rate))?.growth_rate()
+    };
+    if growth(0.0)? <= 0.0 {
+        return Ok(0.0);
+    }
+    let rates = (0..TIMES).map(|i| Ok(growth(duration * (f64::from(i) + 0.5) / f64::from(TIMES))?.max(0.0)));
+    Ok(rates.sum::<Result<f64>>()? * duration / f64::from(TIMES))
 }
 
 /// Squared error of the learner's models of flow and spool before it has learned these gains (1), as a share of the signals'

@@ -9,4 +9,4 @@ pub mod prediction;
 pub use guarded::guarded;
 pub(crate) use guarded::{Guarded, after_guard};
 pub(crate) use learned::after_learning;
-pub use learned::{Unreached, learned};
+pub use learned::{Unreached, growth_until_learned, learned};
