@@ -1,4 +1,4 @@
-"""What the feasibility check foresees of a lap that the controller does not know, compared with simulated tests."""
+"""What the feasibility check foresees of an unknown lap, compared with simulated tests."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What the feasibility check foresees of an unstable loop until it is calibrated, compared with simulated tests."""
+"""What the check foresees of an unstable loop until it is calibrated, compared with simulated tests."""
 
 import eft
 

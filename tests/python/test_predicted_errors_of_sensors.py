@@ -53,7 +53,7 @@ def test_a_building_has_the_noise_of_each_of_its_actuators():
         | {f"structure.stories.{key}": values for key, values in stories.items()}
         | NOISE
     )
-    record = eft.sine_sweep(1.0, 0.0, 10.0, 32.0, 4096.0)
+    record = eft.sine_sweep(1.0, 0.0, 10.0, 16.0, 4096.0)
     # The second actuator has noise only.
     command = eft.Command(np.outer([1000.0, 0.0], record.values), 4096.0)
     found = eft.check_feasibility(rig, command)
@@ -118,7 +118,7 @@ def test_only_a_digital_force_loop_finds_an_unknown_delay_of_the_converter(reali
         "compensation.adaptive": True,
         "truth.dac.delay": 2,
     }
-    command = eft.sine_sweep(2200.0, 0.0, 10.0, 32.0, 2048.0)
+    command = eft.sine_sweep(2200.0, 0.0, 10.0, 16.0, 2048.0)
     # The paper's gains have too small a margin for two samples of delay in the loop.
     rig = RIG.replace(changes | {"controller.proportional_gain": 0.4})
     found = eft.check_feasibility(rig, command)
