@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import benchmark
+import check_against_run
 import coverage
 import curve_correction
 import designed_plants
@@ -28,6 +29,7 @@ if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     paper_figures.write(FOLDER)
     benchmark.report(FOLDER)
+    check_against_run.report(FOLDER)
     laboratory_rigs.report(FOLDER)
     laboratory_causes.report(FOLDER)
     force_loop.report(FOLDER)

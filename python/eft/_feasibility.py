@@ -78,8 +78,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     that of all actuators. With self-calibration or the guard, the stability is that of the loop before any
     calibration. A loop that stays unstable after the calibration, or at the level to which the guard reduces
     it, is a "no". Any other unstable loop is a caution then, because only a test on the virtual rig shows the
-    result. ``eft check`` runs such a test. A loop in which a deviation grows 20 times until self-calibration has
-    found flow gain and delays, at the learner's largest rates, is a "no".
+    result. ``eft check`` runs such a test. A loop in which a deviation grows 20 times until self-calibration
+    has found flow gain and delays, at the learner's largest rates, is a "no".
 
     The errors of force and displacement are those of the linear model in the long run, after a
     self-calibration as far as its estimates reach. All controllers of a building are taken to learn the same.
@@ -175,7 +175,7 @@ def _left_out(rig: Rig, rate: float) -> tuple[str, ...]:
 
 
 _LARGEST_GROWTH = 20.0
-"""Growth of a deviation until self-calibration has found its estimates: 5 % of the command become the whole."""
+"""Growth of a deviation until self-calibration has its estimates: 5 % of the command become the whole."""
 
 
 def _until_learned(rig: Rig, rate: float) -> Iterator[Finding]:

@@ -187,6 +187,25 @@ def test_the_kept_rigs_of_all_sizes_are_what_the_code_gives(script, tmp_path):
     assert "| all | 1000 |" in (tmp_path / "sized_rigs.md").read_text(encoding="utf-8")
 
 
+def test_the_kept_checks_are_what_the_code_gives(script, tmp_path):
+    study = script("check_against_run")
+    kept = study.read()
+    same({name: column[0] for name, column in kept.items()}, study.tested(study.draw(1)[0], 1))
+    study.report(tmp_path)
+    text = (tmp_path / "check_against_run.md").read_text(encoding="utf-8")
+    assert f"| all | {study.COUNT} |" in text
+    page = " ".join((DOCS / "check-against-run.md").read_text(encoding="utf-8").split())
+    check, run = ([study.GRADES.index(one) for one in kept[name]] for name in ("check", "run"))
+    pairs = list(zip(check, run, strict=True))
+    for count, what in (
+        (sum(check == run for check, run in pairs), "rigs have the same verdict"),
+        (sum(check < run for check, run in pairs), "are a false yes"),
+        (sum(check > run for check, run in pairs), "are a false no"),
+        (pairs.count((0, 2)), 'a "go" whose test is a "no"'),
+    ):
+        assert f"{count} {what}" in page
+
+
 def gain_error(data, found):
     """The rms error (%) of the load cell's gain after a correction."""
     return 100 * ((data["force_gain"] / found - 1.0) ** 2).mean() ** 0.5
