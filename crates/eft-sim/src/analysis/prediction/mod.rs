@@ -87,7 +87,7 @@ pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Predictio
         let most = about_null.as_ref().map_or(f64::INFINITY, |found| found.gain);
         for _ in 0..GAINS {
             let found = unknown.gain(&test.signals, &faded)?.min(most.powf(STABLE));
-            if !((found - gain).abs() > SAME_GAIN * gain) {
+            if found.is_nan() || (found - gain).abs() <= SAME_GAIN * gain {
                 break;
             }
             gain = found;
