@@ -64,7 +64,7 @@ def protection_bounds(c) -> Formulas:
 def protection_state(s) -> Formulas:
     """The property that every step keeps."""
     return {
-        "positions": (s.scale.__0 <= FULL) & (s.shut.__0 <= FULL) & (s.settled.__0 <= FULL),
+        "positions": (s.command_ramp.__0 <= FULL) & (s.valve_ramp.__0 <= FULL) & (s.settling.__0 <= FULL),
         "last command": abs(s.command) <= LARGEST,
     }
 

@@ -14,7 +14,7 @@ SIGNALS = range(4)
 SUMS = (
     ("balance", "slow"),
     ("balance", "fast"),
-    ("balance", "turned"),
+    ("balance", "wrong_sign"),
     ("stroke", "difference"),
     ("stroke", "against"),
 )
@@ -65,7 +65,7 @@ def shows(v: Case) -> Formulas:
         "a distrusted sensor stays distrusted": all_of(
             before.distrusted[n].same(1).implies(after.distrusted[n].same(1)) for n in SIGNALS
         ),
-        "the blame of a balance stays": before.by_balance.same(1).implies(after.by_balance.same(1)),
+        "the blame of a balance stays": before.blamed_by_balance.same(1).implies(after.blamed_by_balance.same(1)),
         "a failed pressure stays failed": before.load_pressure.failed.same(1).implies(
             after.load_pressure.failed.same(1)
         ),
@@ -74,7 +74,7 @@ def shows(v: Case) -> Formulas:
         lost = getattr(v.input, reading).is_nan()
         signal, left = before.signals[n], after.signals[n]
         counted = tuple(
-            f"plausibility.signals.{n}.{name}" for name in ("lost", "jumps", "returned", "jumped")
+            f"plausibility.signals.{n}.{name}" for name in ("lost", "jumps", "confirmed", "jumped")
         )
         said[f"{reading}: NaN leaves the state of its gate"] = lost.implies(untouched(signal, left, counted))
     return said

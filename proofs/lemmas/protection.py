@@ -25,9 +25,9 @@ def _shows(v: Case) -> Formulas:
         "a trip is not forgotten": tripped.implies(is_set(after.tripped)),
         "nor a shutdown": is_set(s.shut_down).implies(is_set(after.shut_down)),
         "a shutdown is a trip": is_set(after.shut_down).implies(is_set(after.tripped)),
-        "a trip lets the command down": tripped.implies(after.scale.__0 <= s.scale.__0),
+        "a trip lets the command down": tripped.implies(after.command_ramp.__0 <= s.command_ramp.__0),
         "and no further command is followed": tripped.implies(after.command.same(s.command)),
-        "a shutdown gives nothing back": is_set(s.shut_down).implies(after.shut.__0 >= s.shut.__0),
+        "a shutdown gives nothing back": is_set(s.shut_down).implies(after.valve_ramp.__0 >= s.valve_ramp.__0),
         "the first cause stays": tripped.implies(after.cause.same(s.cause)),
         "a force beyond its trip level trips": ((abs(v.force) > force.trip) & (abs(v.force) <= MOST)).implies(
             is_set(after.tripped)
@@ -36,13 +36,13 @@ def _shows(v: Case) -> Formulas:
             (abs(v.force) > force.shutdown)
             & (abs(v.force) > force.trip)
             & (abs(v.force) <= MOST)
-            & (s.by_flow.same(0) | s.scale.__0.same(0))
+            & (s.motion_by_flow.same(0) | s.command_ramp.__0.same(0))
         ).implies(is_set(after.shut_down)),
-        "lost measurements shut down": (v.force.is_nan() & (s.lost >= v.config.lost_samples)).implies(
+        "lost measurements shut down": (v.force.is_nan() & (s.lost_measurements >= v.config.lost_samples)).implies(
             is_set(after.shut_down)
         ),
         "a lost command trips": (
-            (~(abs(v.command) <= LARGEST)) & (s.unasked >= v.config.lost_samples)
+            (~(abs(v.command) <= LARGEST)) & (s.lost_commands >= v.config.lost_samples)
         ).implies(is_set(after.tripped)),
         "a flipped bit of a latch shuts down": (~s.tripped.set.same(s.tripped.unset ^ 0xFFFFFFFF)).implies(
             is_set(after.shut_down)
@@ -56,25 +56,25 @@ def watch_shows(v: Case) -> Formulas:
     return {
         "a trip is not forgotten": is_set(s.tripped).implies(is_set(after.tripped)),
         "nor a shutdown": is_set(s.shut_down).implies(is_set(after.shut_down)),
-        "refused samples shut down": (refused & (s.refused >= v.config.lost_samples)).implies(
+        "refused samples shut down": (refused & (s.refused_samples >= v.config.lost_samples)).implies(
             is_set(after.shut_down) & is_set(after.tripped)
         ),
-        "a sound sample changes nothing": v.flags.same(0).implies(untouched(s, after, ("refused", "faulty")))
-        | (s.refused > v.config.lost_samples),
+        "a sound sample changes nothing": v.flags.same(0).implies(untouched(s, after, ("refused_samples", "faulty_samples")))
+        | (s.refused_samples > v.config.lost_samples),
         **{f"kept: {name}": formula for name, formula in protection_state(after).items()},
     }
 
 
 def preview_given(v: Case) -> Formulas:
     # `Plausibility::brake` makes at most 40 % of a level.
-    return {**_given(v), "brake": abs(v.state.brake) <= LARGEST}
+    return {**_given(v), "brake": abs(v.state.brake_force) <= LARGEST}
 
 
 def preview_shows(v: Case) -> Formulas:
     return {
         "finite": abs(v.result) <= 2.0 * LARGEST,
         "after a trip no further command is followed": (
-            is_set(v.state.tripped) & v.state.brake.within(0.0, 0.0)
+            is_set(v.state.tripped) & v.state.brake_force.within(0.0, 0.0)
         ).implies(abs(v.result) <= abs(v.state.command)),
     }
 

@@ -343,7 +343,7 @@ macro_rules! constructor {
                 if let Some(protection) = &p.protection {
                     check!(self.protect(protection, p.sample_rate));
                     if let Some(watch) = &protection.plausibility {
-                        check!(Plausibility::<$t, N>::put(&mut self.plausibility, p, protection, watch));
+                        check!(Plausibility::<$t, N>::make_in(&mut self.plausibility, p, protection, watch));
                     }
                 }
                 if p.stuck_samples > 0 {

@@ -6,7 +6,7 @@ use crate::channel::{Channel, ChannelState, Parts};
 use crate::number::Real;
 use crate::parameters::Realization;
 use crate::protection::{
-    DISPLACEMENT, FORCE, Known, Plausibility, Protected, ProtectionInput, SPOOL, VELOCITY,
+    ControllerValues, DISPLACEMENT, FORCE, Plausibility, Protected, ProtectionInput, SPOOL, VELOCITY,
 };
 use crate::signals::Input;
 use crate::status;
@@ -27,7 +27,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     ) -> Believed<T> {
         let supply = self.controller.supply(&mut state.controller, input.supply_pressure).ratio;
         let calibration = state.calibration();
-        let known = Known {
+        let controller = ControllerValues {
             command: input.command,
             valve_command: match self.realization {
                 Realization::Digital => state.controller.valve_command(),
@@ -38,7 +38,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             supply,
             tripped: state.protection.is_tripped(),
         };
-        let cause = watch.judge(&mut state.plausibility, input, believed.velocity, &known);
+        let cause = watch.judge(&mut state.plausibility, input, believed.velocity, &controller);
         let (cause, pressure_failed) = watch.compare_pressure(&mut state.plausibility, input, cause);
         believed.status |= pressure_failed;
         state.plausibility.distrust(cause);
@@ -48,7 +48,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
         if matches!(cause, Cause::VelocityLost | Cause::DisplacementLost | Cause::SpoolLost) {
             // Its samples no longer count, and another sensor that was lost a little later has its own time.
-            state.protection.count_anew();
+            state.protection.restart_lost_count();
         }
         let distrusted = state.plausibility.distrusted();
         let flags = [
@@ -97,10 +97,10 @@ impl<T: Real, const N: usize> Channel<T, N> {
             if doubted(FORCE) || doubted(SPOOL) {
                 // Nothing shows the motion any more, so the valve closes from its present opening.
                 state.protection.shut_down_by(cause);
-                state.protection.blind();
+                state.protection.lose_motion();
                 believed.velocity = T::splat(f64::NAN);
             } else {
-                state.protection.follow_flow();
+                state.protection.take_motion_by_flow();
                 believed.velocity = state.plausibility.velocity_by_flow();
             }
         } else if doubted(VELOCITY) || doubted(FORCE) && matches!(self.velocity, Velocity::Observer(..)) {
@@ -146,7 +146,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             } else if let Some(share) = state.protection.braking() {
                 brake = watch.brake(&mut state.plausibility, believed.velocity, share);
             }
-            let command = state.protection.apply(brake, protected.command);
+            let command = state.protection.apply_brake(brake, protected.command);
             believed.command = command;
             if let (Some(share), false) = (state.protection.braking(), protected.open)
                 && believed.status & status::VELOCITY_DISTRUSTED != 0
@@ -171,14 +171,17 @@ impl<T: Real, const N: usize> Channel<T, N> {
     ) -> T {
         let zero = T::splat(0.0);
         let follows = protected.open && self.doubts_velocity(state);
-        let velocity =
-            if follows { watch.agreed(&state.plausibility, believed.velocity) } else { believed.velocity };
+        let velocity = if follows {
+            watch.agreed_velocity(&state.plausibility, believed.velocity)
+        } else {
+            believed.velocity
+        };
         // Without a motion there is nothing to follow, and a closed valve drifts least.
-        let rests = protected.open && watch.rests(&state.plausibility);
+        let rests = protected.open && watch.is_at_rest(&state.plausibility);
         let velocity = velocity * if rests { zero } else { protected.level };
-        let velocity = if protected.open && !state.protection.follows_flow() {
+        let velocity = if protected.open && !state.protection.has_motion_by_flow() {
             let (added, corrects) = (self.added_null(state), self.controller.corrects());
-            velocity - watch.velocity_of_missing(&state.plausibility, added, believed.spool, corrects)
+            velocity - watch.offset_velocity(&state.plausibility, added, believed.spool, corrects)
         } else {
             velocity
         };
@@ -186,8 +189,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
             | believed.status & status::VELOCITY_DISTRUSTED
             | u32::from(follows)
             | u32::from(rests) << 1
-            | u32::from(state.protection.follows_flow()) << 2;
-        watch.bridge(&mut state.plausibility, velocity, source)
+            | u32::from(state.protection.has_motion_by_flow()) << 2;
+        watch.fade_source(&mut state.plausibility, velocity, source)
     }
 
     /// The opening (1) beyond the known null that the calibration adds.
@@ -216,7 +219,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     pub(super) fn doubts_velocity(&self, state: &ChannelState<T>) -> bool {
         let [force, displacement, ..] = state.plausibility.distrusted();
         let cause = state.protection.cause();
-        let balance = state.plausibility.is_by_balance() || cause == Cause::ForceLevel;
+        let balance = state.plausibility.blames_balance() || cause == Cause::ForceLevel;
         let contradicted =
             cause == Cause::DisplacementImplausible && state.plausibility.contradicts_velocity();
         let doubted = if displacement { contradicted && !force } else { balance };

@@ -31,7 +31,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             controller: self.controller.at_rest_with(calibration),
             velocity: VelocityState::default(),
             protection: ProtectionState::default(),
-            plausibility: plausibility.begun_anew(self.controller.null_opening(calibration)),
+            plausibility: plausibility.restarted(self.controller.null_opening(calibration)),
             velocity_gap: NEVER,
             ticks_left: self.window_ticks,
             window: Window::first(0),
@@ -108,7 +108,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             supply_pressure: input.supply_pressure,
         };
         state.controller = self.controller.prime(&state.controller, &asked, state.calibration());
-        state.plausibility = state.plausibility.begun_anew(self.controller.null_opening(state.calibration()));
+        state.plausibility = state.plausibility.restarted(self.controller.null_opening(state.calibration()));
         state.stuck = StuckWatchState::default();
         state.velocity_gap = NEVER;
         if is_valid(input.displacement) {

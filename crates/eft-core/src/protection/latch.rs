@@ -30,8 +30,8 @@ impl Latch {
     }
 
     #[inline(always)]
-    pub(crate) fn set_where(&mut self, so: bool) {
-        if so {
+    pub(crate) fn set_if(&mut self, condition: bool) {
+        if condition {
             self.set();
         }
     }

@@ -21,22 +21,22 @@ macro_rules! constructor {
         impl Limit<$t> {
             /// From a signal's levels; the names are for errors.
             pub(crate) const fn new(
-                warning: &'static str,
-                trip: &'static str,
+                warning_name: &'static str,
+                trip_name: &'static str,
                 levels: Levels,
             ) -> Result<Self, ConfigError> {
-                let highest = check!(range(trip, levels.trip));
+                let trip = check!(range(trip_name, levels.trip));
                 // Without a warning level the trip level is the warning's, so the trip comes first.
-                let lowest = check!(range(warning, levels.warning));
-                let lowest = if levels.warning < f64::MAX {
-                    check!(within(warning, lowest, 0.0, highest))
+                let warning = check!(range(warning_name, levels.warning));
+                let warning = if levels.warning < f64::MAX {
+                    check!(within(warning_name, warning, 0.0, trip))
                 } else {
-                    highest
+                    trip
                 };
                 Ok(Self {
-                    warning: lowest as $t,
-                    trip: highest as $t,
-                    shutdown: check!(range(trip, SHUTDOWN_AT * highest)) as $t,
+                    warning: warning as $t,
+                    trip: trip as $t,
+                    shutdown: check!(range(trip_name, SHUTDOWN_AT * trip)) as $t,
                 })
             }
         }

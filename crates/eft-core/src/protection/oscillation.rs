@@ -14,27 +14,27 @@ use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::number::Real;
 
 /// Corners (Hz) of the two high-passes and of the low-pass.
-const LOWEST: f64 = 40.0;
-const HIGHEST: f64 = 150.0;
+const HIGH_PASS_CORNER: f64 = 40.0;
+const LOW_PASS_CORNER: f64 = 150.0;
 /// Windows per second (1/s): each holds half a period of the lowest frequency, a whole one of its square.
-const WINDOWS: f64 = 60.0;
+const WINDOW_RATE: f64 = 60.0;
 /// Number of windows in a row beyond the limit that trip. Number of windows in a row, each larger by the factor (1), that
 /// trip if the last one is beyond the limit. The error after a single impulse decays faster.
-const PERSISTS: u32 = 15;
-const GROWS: u32 = 3;
-const GROWTH: f64 = 1.3;
+const PERSISTENT_WINDOWS: u32 = 15;
+const GROWING_WINDOWS: u32 = 3;
+const GROWTH_FACTOR: f64 = 1.3;
 
 /// An oscillation watch's immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OscillationWatch<T> {
     /// Coefficients (1) of the high-passes and of the low-pass.
-    high: T,
-    low: T,
+    high_pass: T,
+    low_pass: T,
     /// Largest sum of squares of a window (N²).
     limit: T,
     ticks: u32,
 }
-integrity!(OscillationWatch<T>: high, low, limit, ticks);
+integrity!(OscillationWatch<T>: high_pass, low_pass, limit, ticks);
 
 /// Its state. `default()` is a rig at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -42,16 +42,16 @@ integrity!(OscillationWatch<T>: high, low, limit, ticks);
 #[repr(C)]
 pub(super) struct OscillationWatchState<T> {
     /// The states of both high-passes, and the filtered error (N).
-    slow: [T; 2],
-    band: T,
+    high_pass_states: [T; 2],
+    filtered_error: T,
     /// Sums of squares of this window and of the last one (N²).
-    sum: T,
-    last: T,
+    sum_of_squares: T,
+    last_sum: T,
     ticks: u32,
-    beyond: u32,
-    growing: u32,
+    windows_over_limit: u32,
+    windows_growing: u32,
 }
-integrity!(OscillationWatchState<T>: slow, band, sum, last, ticks, beyond, growing);
+integrity!(OscillationWatchState<T>: high_pass_states, filtered_error, sum_of_squares, last_sum, ticks, windows_over_limit, windows_growing);
 
 impl<T: Real> OscillationWatch<T> {
     /// Adds a force error (N); whether the loop oscillates.
@@ -67,24 +67,26 @@ impl<T: Real> OscillationWatch<T> {
         if !(error.abs() <= T::splat(LARGEST)) {
             return false;
         }
-        let [first, second] = &mut state.slow;
-        *first = *first + self.high * (error - *first);
-        let once = error - *first;
-        *second = *second + self.high * (once - *second);
-        state.band = state.band + self.low * ((once - *second) - state.band);
-        state.sum = state.sum + state.band * state.band;
+        let [first, second] = &mut state.high_pass_states;
+        *first = *first + self.high_pass * (error - *first);
+        let first_output = error - *first;
+        *second = *second + self.high_pass * (first_output - *second);
+        state.filtered_error =
+            state.filtered_error + self.low_pass * ((first_output - *second) - state.filtered_error);
+        state.sum_of_squares = state.sum_of_squares + state.filtered_error * state.filtered_error;
         state.ticks += 1;
         state.ticks >= self.ticks && self.close(state)
     }
 
     /// Closes a window.
     fn close(&self, state: &mut OscillationWatchState<T>) -> bool {
-        let more = state.sum > T::splat(GROWTH) * state.last;
-        let beyond = state.sum > self.limit;
-        state.growing = if more { state.growing.saturating_add(1) } else { 0 };
-        state.beyond = if beyond { state.beyond.saturating_add(1) } else { 0 };
-        (state.last, state.sum, state.ticks) = (state.sum, T::splat(0.0), 0);
-        state.beyond >= PERSISTS || (beyond && state.growing >= GROWS)
+        let grows = state.sum_of_squares > T::splat(GROWTH_FACTOR) * state.last_sum;
+        let over_limit = state.sum_of_squares > self.limit;
+        state.windows_growing = if grows { state.windows_growing.saturating_add(1) } else { 0 };
+        state.windows_over_limit = if over_limit { state.windows_over_limit.saturating_add(1) } else { 0 };
+        (state.last_sum, state.sum_of_squares, state.ticks) = (state.sum_of_squares, T::splat(0.0), 0);
+        state.windows_over_limit >= PERSISTENT_WINDOWS
+            || (over_limit && state.windows_growing >= GROWING_WINDOWS)
     }
 }
 
@@ -107,10 +109,10 @@ macro_rules! constructor {
                 }
                 let limit = check!(positive("oscillation_limit", limit));
                 check!(within("oscillation_limit", limit, 0.0, LARGEST));
-                let ticks = if rate > WINDOWS { (rate / WINDOWS) as u32 } else { 1 };
+                let ticks = if rate > WINDOW_RATE { (rate / WINDOW_RATE) as u32 } else { 1 };
                 Ok(Some(Self {
-                    high: share(TAU * LOWEST / rate) as $t,
-                    low: share(TAU * HIGHEST / rate) as $t,
+                    high_pass: share(TAU * HIGH_PASS_CORNER / rate) as $t,
+                    low_pass: share(TAU * LOW_PASS_CORNER / rate) as $t,
                     limit: (limit * limit * ticks as f64) as $t,
                     ticks,
                 }))

@@ -11,12 +11,12 @@ mod blame;
 mod comparisons;
 mod following;
 mod load_pressure;
-mod missing;
 mod motion;
-mod null;
+mod offset_from_flow;
+mod opening_offset;
 mod reversal;
+mod spool;
 mod state;
-mod stroke;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -29,13 +29,13 @@ use crate::protection::gate::SensorGate;
 use crate::signals::Input;
 use crate::status;
 use crate::velocity::FilteredDerivative;
-pub(super) use comparisons::{BalanceLimits, Following, MotionLimits, StrokeLimits};
+pub(super) use comparisons::{FlowLimits, Following, MotionLimits, SpoolLimits};
 pub(super) use load_pressure::LoadPressureWatch;
 pub(super) use reversal::ReversalWatch;
 pub(crate) use state::PlausibilityState;
 
 /// Share of the limits that is enough if the force is far from its command.
-const ASTRAY: f64 = 0.5;
+const FAR_LIMIT_SHARE: f64 = 0.5;
 
 /// A plausibility watch's immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,32 +61,32 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(crate) null_bias: T,
     /// Coefficients (1): the low-pass of the residuals, that of velocity and difference before their ratio is compared, and
     /// that of the spool before it is compared with its command.
-    pub(super) low: T,
-    pub(super) fine: T,
-    pub(super) slow: T,
+    pub(super) residual_gain: T,
+    pub(super) ratio_gain: T,
+    pub(super) spool_gain: T,
     /// Share (1) of the envelopes that remains in a sample.
-    pub(super) decay: T,
+    pub(super) envelope_decay: T,
     /// Reciprocal of the velocity (s/m) below which the direction has a smaller weight.
     pub(super) per_reversal: T,
-    pub(super) balance: BalanceLimits<T>,
+    pub(super) balance: FlowLimits<T>,
     pub(super) motion: MotionLimits<T>,
-    pub(super) stroke: StrokeLimits<T>,
+    pub(super) stroke: SpoolLimits<T>,
     pub(super) reversal: ReversalWatch<T>,
     pub(super) following: Following<T>,
     /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's, if the velocity is estimated.
-    pub(super) kick: T,
+    pub(super) force_per_velocity: T,
     /// Difference (N) at which the force counts as far from its command.
-    pub(super) astray: T,
+    pub(super) force_error_limit: T,
     /// Changes of command (N) and displacement (m) at which a working sensor must have changed.
-    pub(super) evidence: [T; 2],
+    pub(super) stuck_changes: [T; 2],
     /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low, fine, slow, decay, per_reversal, balance, motion, stroke, reversal, following, kick, astray, evidence, load_pressure);
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, residual_gain, ratio_gain, spool_gain, envelope_decay, per_reversal, balance, motion, stroke, reversal, following, force_per_velocity, force_error_limit, stuck_changes, load_pressure);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Known<T> {
+pub(crate) struct ControllerValues<T> {
     /// Force command (N).
     pub(crate) command: T,
     /// Valve command (V) during the last sample; NaN if unknown.
@@ -108,23 +108,28 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             out.velocity = T::splat(f64::NAN);
         }
         let readings = [&mut out.force, &mut out.displacement, &mut out.velocity, &mut out.spool];
-        let [of_force, far @ ..] = self.gate.jump;
+        let [force_tolerance, displacement_tolerance, velocity_tolerance, spool_tolerance] =
+            self.gate.tolerance;
         let [_, displacement, velocity, _] = &state.signals;
         let speed = if self.senses_velocity { velocity.last } else { state.velocity };
         // A velocity that was wrong makes a true force jump, until the valve has followed the other source.
-        let of_force = self.gate.jump_of_force(of_force, speed) + self.kick * state.followed.step.abs();
-        let [path, second, third] = far;
-        let [_, still, ..] = self.gate.still;
+        let force_tolerance = self.gate.force_tolerance(force_tolerance, speed)
+            + self.force_per_velocity * state.followed.step.abs();
+        let [_, still_change, ..] = self.gate.still_change;
         let [_, _, velocity_distrusted, _] = state.distrusted;
         // An estimate of the velocity must not follow it to zero.
         let estimates = !self.senses_velocity | velocity_distrusted;
-        let stands = estimates && self.gate.stands(displacement, still, input.displacement);
-        let path = if estimates { self.gate.path(displacement, input.displacement) } else { path };
-        let path = if stands { T::splat(-1.0) } else { path };
-        let jumps = [of_force, path, second, third];
-        let each = state.signals.iter_mut().zip(jumps).zip(self.gate.still).zip(readings);
-        for (((signal, jump), still), reading) in each {
-            *reading = self.gate.pass(signal, jump, still, *reading);
+        let stuck = estimates && self.gate.is_stuck(displacement, still_change, input.displacement);
+        let tolerance = if estimates {
+            self.gate.estimated_tolerance(displacement, input.displacement)
+        } else {
+            displacement_tolerance
+        };
+        let displacement_tolerance = if stuck { T::splat(-1.0) } else { tolerance };
+        let tolerances = [force_tolerance, displacement_tolerance, velocity_tolerance, spool_tolerance];
+        let each = state.signals.iter_mut().zip(tolerances).zip(self.gate.still_change).zip(readings);
+        for (((signal, tolerance), still_change), reading) in each {
+            *reading = self.gate.accept(signal, tolerance, still_change, *reading);
         }
         out
     }
@@ -136,80 +141,80 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         state: &mut PlausibilityState<T>,
         input: &Input<T>,
         velocity: T,
-        known: &Known<T>,
+        controller: &ControllerValues<T>,
     ) -> Cause {
         self.filter(state, input.displacement, velocity);
-        self.pass_through_valve(state, known);
+        self.model_valve(state, controller);
         let valid = input.force.is_finite() & input.spool.is_finite();
-        let flow = valid.then(|| self.valve_flow(input, known));
+        let flow = valid.then(|| self.valve_flow(input, controller));
         if let Some(flow) = &flow {
-            self.move_by_flow(state, [input.force, input.spool], flow, known);
+            self.update_flow_velocity(state, [input.force, input.spool], flow, controller);
         }
-        let astray = (known.command - input.force).abs() > self.astray;
-        let reversed = self.reversed(state, astray, known.tripped);
-        if reversed != Cause::None {
-            return reversed;
+        let far_from_command = (controller.command - input.force).abs() > self.force_error_limit;
+        let cause = self.wrong_sign_cause(state, far_from_command, controller.tripped);
+        if cause != Cause::None {
+            return cause;
         }
-        let cause = self.lost(state);
+        let cause = self.lost_sensor(state);
         if cause != Cause::None {
             // A wrong velocity makes a true force jump as well.
-            state.by_balance |= cause == Cause::ForceImplausible;
+            state.blamed_by_balance |= cause == Cause::ForceImplausible;
             // Two sensors may share a cable. The second one must not count as a lost measurement.
             state.distrust(cause);
-            let second = self.lost(state);
+            let second = self.lost_sensor(state);
             state.distrust(second);
             return cause;
         }
         // After a trip by a sensor the command is not followed, so that it says nothing about the force.
         let followed = !state.distrusted.contains(&true);
-        let command = if followed { known.command } else { T::splat(f64::NAN) };
-        let stuck = self.stuck(state, input, velocity, command);
+        let command = if followed { controller.command } else { T::splat(f64::NAN) };
+        let stuck = self.stuck_sensor(state, input, velocity, command);
         if stuck != Cause::None {
             return stuck;
         }
         let [force, displacement, others @ ..] = state.distrusted;
-        let questioned = force | others.contains(&true);
+        let sensor_distrusted = force | others.contains(&true);
         // The flows need no displacement.
-        let moves = velocity.is_finite() & (input.displacement.is_finite() | displacement);
-        let (Some(flow), true, false) = (flow, moves, questioned) else {
-            state.motion.goes_on = false;
-            self.learn_null_without_force(state, input, known);
+        let has_motion = velocity.is_finite() & (input.displacement.is_finite() | displacement);
+        let (Some(flow), true, false) = (flow, has_motion, sensor_distrusted) else {
+            state.motion.is_continuous = false;
+            self.learn_null_without_force(state, input, controller);
             return Cause::None;
         };
         // The evidence about the motion goes on after a failed displacement, in case the velocity was wrong.
-        self.sum_up(state, input, velocity, &flow, known);
+        self.compare(state, input, velocity, &flow, controller);
         // Converted apart, because a choice of doubles would be converted in the tick.
-        let share = if astray { T::splat(ASTRAY) } else { T::splat(1.0) };
+        let share = if far_from_command { T::splat(FAR_LIMIT_SHARE) } else { T::splat(1.0) };
         let cause = if displacement {
             self.contradiction_by_flow(state, share)
         } else {
             self.contradiction(state, share)
         };
-        state.by_balance |= cause == Cause::ForceImplausible;
+        state.blamed_by_balance |= cause == Cause::ForceImplausible;
         cause
     }
 
-    /// Adds a tick to the sums of flow, motion and stroke, and to the missing opening.
+    /// Adds a tick to the sums of flow, motion and spool, and to the opening offset.
     #[inline(always)]
-    fn sum_up(
+    fn compare(
         &self,
         state: &mut PlausibilityState<T>,
         input: &Input<T>,
         velocity: T,
         flow: &ModelFlow<T>,
-        known: &Known<T>,
+        controller: &ControllerValues<T>,
     ) {
         let speed = T::splat(0.5) * (velocity + state.motion.last_velocity);
         state.motion.last_velocity = velocity;
-        let residual = self.add_flow(state, input, speed, flow, known);
-        let slope = known.flow_gain * (flow.root * flow.slope);
+        let residual = self.balance_flow(state, input, speed, flow, controller);
+        let slope = controller.flow_gain * (flow.root * flow.slope);
         if input.displacement.is_finite() {
-            self.add_motion(state, speed, input.displacement, [residual, slope]);
+            self.compare_motion(state, speed, input.displacement, [residual, slope]);
         } else {
-            state.motion.goes_on = false;
+            state.motion.is_continuous = false;
         }
-        self.add_stroke(state, input.spool, known);
-        self.average(state, [residual, slope], input.spool, known);
+        self.compare_spool(state, input.spool, controller);
+        self.average_offset(state, [residual, slope], input.spool, controller);
     }
 
     /// Compares the force with the load pressure, if that is measured. Returns what contradicts now, and a flag if the
@@ -233,8 +238,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
 
     /// The flow through the measured opening.
     #[inline(always)]
-    fn valve_flow(&self, input: &Input<T>, known: &Known<T>) -> ModelFlow<T> {
+    fn valve_flow(&self, input: &Input<T>, controller: &ControllerValues<T>) -> ModelFlow<T> {
         let opened = input.spool - self.null_bias;
-        self.model.flow(opened, opened, input.force, known.supply)
+        self.model.flow(opened, opened, input.force, controller.supply)
     }
 }

@@ -15,7 +15,7 @@ use crate::protection::limits::{Limit, NEVER, samples};
 use crate::protection::oscillation::OscillationWatch;
 use crate::protection::ramp::{Position, Ramp};
 use crate::protection::state::ProtectionState;
-use crate::protection::timing::{Timing, Untimely};
+use crate::protection::timing::{Timing, TimingError};
 use crate::status;
 
 /// A protection's immutable configuration; one drives any number of channels.
@@ -28,18 +28,18 @@ pub struct Protection<T> {
     rise: Ramp,
     fall: Ramp,
     /// The ramp down after a trip by a sensor.
-    quick_fall: Ramp,
+    sensor_fall: Ramp,
     /// The ramp down after a trip by the force's level.
     force_fall: Ramp,
-    shut: Ramp,
+    shutdown_ramp: Ramp,
     /// Time in which the piston follows the specimen before the valve closes, if such a time is configured.
-    settle: Option<Ramp>,
+    settle_ramp: Option<Ramp>,
     lost_samples: u32,
     fault_samples: u32,
     timing: Timing<T>,
     oscillation: Option<OscillationWatch<T>>,
 }
-integrity!(Protection<T>: force, displacement, velocity, spool, rise, fall, quick_fall, force_fall, shut, settle, lost_samples, fault_samples, timing, oscillation);
+integrity!(Protection<T>: force, displacement, velocity, spool, rise, fall, sensor_fall, force_fall, shutdown_ramp, settle_ramp, lost_samples, fault_samples, timing, oscillation);
 
 /// Share of the velocity's compensation after a trip. Below 1 the velocity feedback damps the specimen, also with a
 /// calibration that is a few per cent wrong.
@@ -47,16 +47,16 @@ const TRIPPED_LEVEL: f64 = 0.95;
 /// The same in a shutdown, with the force loop open.
 const SETTLING_LEVEL: f64 = 0.93;
 /// Share of the ramp's time after a trip by a sensor. It is short, because a yielding specimen moves under a force.
-const QUICK: f64 = 0.2;
+const SENSOR_FALL: f64 = 0.2;
 /// Longest such ramp (s). In a slower one the frozen command would move the specimen further.
-const QUICK_TIME: f64 = 0.1;
+const LONGEST_SENSOR_FALL: f64 = 0.1;
 
 const fn at_most(longest: f64, time: f64) -> f64 {
     if time > longest { longest } else { time }
 }
 
 /// Share of the force's trip level by which a force that follows its command may differ from it.
-const FOLLOWED: f64 = 0.25;
+const FOLLOWING_TOLERANCE: f64 = 0.25;
 
 /// One sample's command and measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,18 +106,18 @@ impl<T: Real> Protection<T> {
     pub fn step(&self, state: &mut ProtectionState<T>, input: &ProtectionInput<T>) -> Protected<T> {
         let ProtectionInput { command, force, displacement, velocity, spool, alive, period } = *input;
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
-        let untimely = self.timing.step(&mut state.timing, alive, period);
-        let before = state.tripped.is_set();
-        let commanded = command.abs() <= T::splat(LARGEST);
-        if commanded && !before {
+        let timing_error = self.timing.step(&mut state.timing, alive, period);
+        let was_tripped = state.tripped.is_set();
+        let command_valid = command.abs() <= T::splat(LARGEST);
+        if command_valid && !was_tripped {
             state.command = command;
         }
-        count(&mut state.unasked, !commanded);
+        count(&mut state.lost_commands, !command_valid);
         // The closed loop stops a motion that only the flow balance shows, with a smaller force than a closed valve.
-        let stops = state.by_flow && !state.scale.is_zero();
+        let loop_stops_motion = state.motion_by_flow && !state.command_ramp.is_zero();
         let [mut warning, mut shutdown, mut valid] = [false, false, true];
         let mut cause = Cause::None;
-        for (limit, value, beyond) in [
+        for (limit, value, level_cause) in [
             (&self.force, force, Cause::ForceLevel),
             (&self.displacement, displacement, Cause::DisplacementLevel),
             (&self.velocity, velocity, Cause::VelocityLevel),
@@ -131,49 +131,51 @@ impl<T: Real> Protection<T> {
                 // The levels are in this order.
                 warning = true;
                 if size > limit.trip {
-                    cause = if cause == Cause::None { beyond } else { cause };
-                    shutdown |= size > limit.shutdown && !(stops && beyond == Cause::ForceLevel);
+                    cause = if cause == Cause::None { level_cause } else { cause };
+                    shutdown |=
+                        size > limit.shutdown && !(loop_stops_motion && level_cause == Cause::ForceLevel);
                 }
             }
         }
-        count(&mut state.lost, !valid);
+        count(&mut state.lost_measurements, !valid);
         // A force that remains after the ramp, or a wrong sensor, shows that the loop does not work.
-        let unruly = force.abs() > self.force.warning || state.distrusted;
-        let stays = before && state.scale.is_zero() && unruly;
-        let lost = state.lost > self.lost_samples;
-        if state.unasked > self.lost_samples && cause == Cause::None {
+        let force_remains = force.abs() > self.force.warning || state.fault_persists;
+        let uncontrolled = was_tripped && state.command_ramp.is_zero() && force_remains;
+        let measurements_lost = state.lost_measurements > self.lost_samples;
+        if state.lost_commands > self.lost_samples && cause == Cause::None {
             cause = Cause::CommandLost;
         }
-        if lost && cause == Cause::None {
+        if measurements_lost && cause == Cause::None {
             cause = Cause::MeasurementLost;
         }
-        if let Some(bad) = untimely
+        if let Some(error) = timing_error
             && self.timing.persists(&state.timing)
             && cause == Cause::None
         {
-            cause = bad.cause();
-            if bad == Untimely::Old {
+            cause = error.cause();
+            if error == TimingError::Old {
                 // Old samples allow neither a closed loop nor following the motion.
-                (shutdown, state.blind) = (true, true);
+                (shutdown, state.motion_unknown) = (true, true);
             }
         }
         if state.tripped.is_corrupt() || state.shut_down.is_corrupt() {
             (cause, shutdown) = (Cause::StateCorrupt, true);
         }
-        if let (Some(_), Cause::ForceLevel, false) = (&self.settle, cause, stops) {
+        if let (Some(_), Cause::ForceLevel, false) = (&self.settle_ramp, cause, loop_stops_motion) {
             // A loop with a correct sensor keeps the force near its command.
-            let share = state.scale.share::<T>();
-            shutdown |= (share * state.command - force).abs() > T::splat(FOLLOWED) * self.force.trip;
+            let share = state.command_ramp.share::<T>();
+            shutdown |=
+                (share * state.command - force).abs() > T::splat(FOLLOWING_TOLERANCE) * self.force.trip;
         }
         state.trip_by(cause);
-        state.shut_down.set_where(lost || shutdown || stays);
-        state.tripped.set_where(state.shut_down.is_set());
-        state.scale = self.next_scale(state);
-        let level = self.shut(state);
+        state.shut_down.set_if(measurements_lost || shutdown || uncontrolled);
+        state.tripped.set_if(state.shut_down.is_set());
+        state.command_ramp = self.next_command_ramp(state);
+        let level = self.continue_shutdown(state);
         let flag = |raised: bool, bit: u32| if raised { bit } else { 0 };
-        let scale = state.scale.share::<T>();
+        let scale = state.command_ramp.share::<T>();
         let shut_down = state.shut_down.is_set();
-        let command = if state.scale.is_zero() { zero } else { scale * state.command };
+        let command = if state.command_ramp.is_zero() { zero } else { scale * state.command };
         if let (Some(watch), false) = (&self.oscillation, shut_down) {
             // A ramp does not stabilise an unstable loop, so the loop opens at the next sample.
             if watch.step(&mut state.oscillation, command - force) {
@@ -182,37 +184,37 @@ impl<T: Real> Protection<T> {
         }
         Protected {
             command,
-            authority: one - state.shut.share(),
+            authority: one - state.valve_ramp.share(),
             level,
-            open: shut_down && self.settle.is_some(),
+            open: shut_down && self.settle_ramp.is_some(),
             status: flag(warning, status::PROTECTION_WARNING)
                 | flag(state.tripped.is_set(), status::TRIPPED)
                 | flag(shut_down, status::SHUT_DOWN)
-                | flag(!commanded, status::INVALID_COMMAND)
-                | flag(untimely.is_some(), status::MISSED_TICK)
+                | flag(!command_valid, status::INVALID_COMMAND)
+                | flag(timing_error.is_some(), status::MISSED_TICK)
                 | (state.cause as u32) << status::CAUSE_SHIFT,
         }
     }
 
     /// Continues a shutdown, if there is one, and returns the factor on the velocity (1).
     #[inline(always)]
-    fn shut(&self, state: &mut ProtectionState<T>) -> T {
+    fn continue_shutdown(&self, state: &mut ProtectionState<T>) -> T {
         let one = T::splat(1.0);
         if !state.shut_down.is_set() {
-            state.shut = Position::default();
-            return match self.settle {
+            state.valve_ramp = Position::default();
+            return match self.settle_ramp {
                 Some(_) if state.tripped.is_set() => T::splat(TRIPPED_LEVEL),
                 _ => one,
             };
         }
-        let Some(settle) = self.settle else {
-            state.shut = state.shut.up(self.shut);
+        let Some(settle) = self.settle_ramp else {
+            state.valve_ramp = state.valve_ramp.up(self.shutdown_ramp);
             return one;
         };
-        state.settled = state.settled.up(settle);
-        let settled = state.settled.share::<T>();
-        if state.blind || !(settled < one) {
-            state.shut = state.shut.up(self.shut);
+        state.settling = state.settling.up(settle);
+        let settled = state.settling.share::<T>();
+        if state.motion_unknown || !(settled < one) {
+            state.valve_ramp = state.valve_ramp.up(self.shutdown_ramp);
         }
         // It fades during the last two thirds of the time.
         let left = T::splat(1.5) * (one - settled);
@@ -228,52 +230,53 @@ impl<T: Real> Protection<T> {
     #[inline(always)]
     pub fn watch(&self, state: &mut ProtectionState<T>, flags: u32) {
         let raised = |faults: u32| flags & faults != 0;
-        count(&mut state.refused, raised(status::INVALID_MEASUREMENT | status::INVALID_COMMAND));
-        if state.refused > self.lost_samples {
+        count(&mut state.refused_samples, raised(status::INVALID_MEASUREMENT | status::INVALID_COMMAND));
+        if state.refused_samples > self.lost_samples {
             state.trip_by(Cause::Refused);
             state.shut_down.set();
         }
         if raised(status::CALIBRATION_EXPIRED) {
             state.trip_by(Cause::CalibrationExpired);
         }
-        count(&mut state.faulty, raised(status::ADAPTATION_FROZEN | status::STUCK_MEASUREMENT));
-        let trips = self.fault_samples != NEVER && state.faulty > self.fault_samples;
+        count(&mut state.faulty_samples, raised(status::ADAPTATION_FROZEN | status::STUCK_MEASUREMENT));
+        let trips = self.fault_samples != NEVER && state.faulty_samples > self.fault_samples;
         if trips && !state.tripped.is_set() {
             state.trip_by(Cause::ModelContradicted);
-            state.distrusted = true;
+            state.fault_persists = true;
         }
     }
 
     /// Factor on the valve command (1) since the last [`step`](Self::step).
     pub fn authority(&self, state: &ProtectionState<T>) -> T {
-        T::splat(1.0) - state.shut.share()
+        T::splat(1.0) - state.valve_ramp.share()
     }
 
     /// The command (N) that the next [`step`](Self::step) will permit for a command (N), if nothing new happens.
     #[inline(always)]
     pub fn preview(&self, state: &ProtectionState<T>, command: T) -> T {
-        let followed = command.abs() <= T::splat(LARGEST) && !state.tripped.is_set();
-        self.next_scale(state).share::<T>() * if followed { command } else { state.command } - state.brake
+        let follows_command = command.abs() <= T::splat(LARGEST) && !state.tripped.is_set();
+        self.next_command_ramp(state).share::<T>() * if follows_command { command } else { state.command }
+            - state.brake_force
     }
 
     #[inline(always)]
-    fn next_scale(&self, state: &ProtectionState<T>) -> Position {
-        if !(state.tripped.is_set() | state.ending) {
-            state.scale.up(self.rise)
+    fn next_command_ramp(&self, state: &ProtectionState<T>) -> Position {
+        if !(state.tripped.is_set() | state.end_requested) {
+            state.command_ramp.up(self.rise)
         } else if state.cause.is_of_sensors() {
-            state.scale.down(self.quick_fall)
+            state.command_ramp.down(self.sensor_fall)
         } else if state.cause == Cause::ForceLevel {
-            state.scale.down(self.force_fall)
+            state.command_ramp.down(self.force_fall)
         } else {
-            state.scale.down(self.fall)
+            state.command_ramp.down(self.fall)
         }
     }
 }
 
 /// Counts samples in a row with a condition.
 #[inline(always)]
-fn count(counter: &mut u32, so: bool) {
-    *counter = if so { counter.saturating_add(1) } else { 0 };
+fn count(counter: &mut u32, condition: bool) {
+    *counter = if condition { counter.saturating_add(1) } else { 0 };
 }
 
 macro_rules! constructor {
@@ -288,7 +291,7 @@ macro_rules! constructor {
             pub const fn new(p: &ProtectionParameters, sample_rate: f64) -> Result<Self, ConfigError> {
                 let rate = check!(positive("sample_rate", sample_rate));
                 check!(within("lost_samples", p.lost_samples as f64, 0.0, 1e5));
-                let longest = if p.plausibility.is_some() { QUICK_TIME } else { f64::MAX };
+                let longest = if p.plausibility.is_some() { LONGEST_SENSOR_FALL } else { f64::MAX };
                 let limit = Limit::<$t>::new("displacement_warning", "displacement_trip", p.displacement);
                 // A channel has a parameter `spool_warning` of its own.
                 let spool = Limit::<$t>::new("protection.spool_warning", "spool_trip", p.spool);
@@ -299,15 +302,15 @@ macro_rules! constructor {
                     spool: check!(spool),
                     rise: check!(Ramp::new("start_time", p.start_time, rate)),
                     fall: check!(Ramp::new("ramp_time", p.ramp_time, rate)),
-                    quick_fall: check!(Ramp::new(
+                    sensor_fall: check!(Ramp::new(
                         "ramp_time",
-                        at_most(QUICK_TIME, QUICK * p.ramp_time),
+                        at_most(LONGEST_SENSOR_FALL, SENSOR_FALL * p.ramp_time),
                         rate
                     )),
                     // A wrong velocity may have driven the force to its level before the watch notices it.
                     force_fall: check!(Ramp::new("ramp_time", at_most(longest, p.ramp_time), rate)),
-                    shut: check!(Ramp::new("shutdown_time", p.shutdown_time, rate)),
-                    settle: match &p.plausibility {
+                    shutdown_ramp: check!(Ramp::new("shutdown_time", p.shutdown_time, rate)),
+                    settle_ramp: match &p.plausibility {
                         Some(watch) => Some(check!(Ramp::new("settle_time", watch.settle_time, rate))),
                         None => None,
                     },

@@ -14,36 +14,36 @@ use crate::protection::timing::TimingState;
 #[repr(C)]
 pub struct ProtectionState<T> {
     /// Followed share of the command.
-    pub(super) scale: Position,
+    pub(super) command_ramp: Position,
     /// Removed share of the valve command.
-    pub(super) shut: Position,
+    pub(super) valve_ramp: Position,
     /// The last valid command (N); after a trip the last one before it.
     pub(super) command: T,
     /// Samples in a row with a lost measurement, with a lost command, and refused by the controller.
-    pub(super) lost: u32,
-    pub(super) unasked: u32,
-    pub(super) refused: u32,
+    pub(super) lost_measurements: u32,
+    pub(super) lost_commands: u32,
+    pub(super) refused_samples: u32,
     /// Samples in a row with a fault that the controller reports.
-    pub(super) faulty: u32,
+    pub(super) faulty_samples: u32,
     /// Whether a fault has persisted.
-    pub(super) distrusted: bool,
+    pub(super) fault_persists: bool,
     /// Whether no velocity is left to follow.
-    pub(super) blind: bool,
+    pub(super) motion_unknown: bool,
     /// Whether the motion is known from the flow balance alone.
-    pub(super) by_flow: bool,
+    pub(super) motion_by_flow: bool,
     /// Force (N) that the brake takes from the command.
-    pub(super) brake: T,
+    pub(super) brake_force: T,
     pub(super) cause: Cause,
     pub(super) tripped: Latch,
     pub(super) shut_down: Latch,
     /// Progress from the shutdown to the closed valve.
-    pub(super) settled: Position,
+    pub(super) settling: Position,
     /// Whether the soft end was requested.
-    pub(super) ending: bool,
+    pub(super) end_requested: bool,
     pub(super) timing: TimingState<T>,
     pub(super) oscillation: OscillationWatchState<T>,
 }
-integrity!(ProtectionState<T>: scale, shut, command, lost, unasked, refused, faulty, distrusted, blind, by_flow, brake, cause, tripped, shut_down, settled, ending, timing, oscillation);
+integrity!(ProtectionState<T>: command_ramp, valve_ramp, command, lost_measurements, lost_commands, refused_samples, faulty_samples, fault_persists, motion_unknown, motion_by_flow, brake_force, cause, tripped, shut_down, settling, end_requested, timing, oscillation);
 
 impl<T: Real> ProtectionState<T> {
     /// Trips on request, at the last command: for an emergency stop, or another actuator of the same specimen.
@@ -75,38 +75,40 @@ impl<T: Real> ProtectionState<T> {
     #[inline(always)]
     pub(crate) fn braking(&self) -> Option<T> {
         let one = T::splat(1.0);
-        self.tripped.is_set().then(|| (T::splat(2.0) * (one - self.scale.share())).limit(T::splat(0.0), one))
+        self.tripped
+            .is_set()
+            .then(|| (T::splat(2.0) * (one - self.command_ramp.share())).limit(T::splat(0.0), one))
     }
 
     /// The permitted command (N) without the brake's force (N).
     #[inline(always)]
-    pub(crate) fn apply(&mut self, brake: T, command: T) -> T {
-        self.brake = brake;
+    pub(crate) fn apply_brake(&mut self, brake: T, command: T) -> T {
+        self.brake_force = brake;
         command - brake
     }
 
     /// Records that no velocity is left to follow in a shutdown.
     #[inline(always)]
-    pub(crate) fn blind(&mut self) {
-        self.blind = true;
+    pub(crate) fn lose_motion(&mut self) {
+        self.motion_unknown = true;
     }
 
     /// Counts lost measurements anew, after a lost sensor was replaced.
     #[inline(always)]
-    pub(crate) fn count_anew(&mut self) {
-        self.lost = 0;
+    pub(crate) fn restart_lost_count(&mut self) {
+        self.lost_measurements = 0;
     }
 
     /// Records that the motion is known from the flow balance alone.
     #[inline(always)]
-    pub(crate) fn follow_flow(&mut self) {
-        self.by_flow = true;
+    pub(crate) fn take_motion_by_flow(&mut self) {
+        self.motion_by_flow = true;
     }
 
     /// Whether the motion is known from the flow balance alone.
     #[inline(always)]
-    pub(crate) fn follows_flow(&self) -> bool {
-        self.by_flow
+    pub(crate) fn has_motion_by_flow(&self) -> bool {
+        self.motion_by_flow
     }
 
     /// The first cause of a trip.
@@ -127,12 +129,12 @@ impl<T: Real> ProtectionState<T> {
 
     /// Requests the soft end: the force follows a command that fades along the ramp.
     pub fn end(&mut self) {
-        self.ending = true;
+        self.end_requested = true;
     }
 
     /// Whether the ramp has reached zero.
     pub fn is_down(&self) -> bool {
-        self.scale.is_zero()
+        self.command_ramp.is_zero()
     }
 }
 

@@ -48,13 +48,13 @@ impl StuckWatch {
     #[inline(always)]
     pub fn step<T: Real>(&self, state: &mut StuckWatchState<T>, velocity: T, force: T, spool: T) -> u32 {
         let mut stuck = false;
-        let remembered = state.last.iter_mut().zip(&mut state.repeats);
-        for ((last, repeats), now) in remembered.zip([velocity, force, spool]) {
-            let equal = now == *last;
+        let signals = state.last.iter_mut().zip(&mut state.repeats);
+        for ((last, repeats), reading) in signals.zip([velocity, force, spool]) {
+            let repeated = reading == *last;
             // The count stops at the limit.
-            let counted = if *repeats < self.repeats { *repeats + 1 } else { *repeats };
-            *repeats = if equal { counted } else { 0 };
-            *last = now;
+            let count = if *repeats < self.repeats { *repeats + 1 } else { *repeats };
+            *repeats = if repeated { count } else { 0 };
+            *last = reading;
             stuck |= *repeats >= self.repeats;
         }
         if stuck { status::STUCK_MEASUREMENT } else { 0 }

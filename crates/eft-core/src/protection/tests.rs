@@ -238,8 +238,9 @@ fn bad_parameters_are_named() {
     assert!(with(Levels { warning: f64::NAN, trip: 1.0 }).is_err());
     let waiting = |lost_samples| made(ProtectionParameters { lost_samples, ..ProtectionParameters::DEFAULT });
     assert!(waiting(100_000).is_ok() && waiting(100_001).is_err());
-    let faulty = |fault_time| made(ProtectionParameters { fault_time, ..ProtectionParameters::DEFAULT });
-    assert!(faulty(4e6).is_ok() && faulty(5e6).is_err() && faulty(f64::NAN).is_err());
+    let faulty_samples =
+        |fault_time| made(ProtectionParameters { fault_time, ..ProtectionParameters::DEFAULT });
+    assert!(faulty_samples(4e6).is_ok() && faulty_samples(5e6).is_err() && faulty_samples(f64::NAN).is_err());
 }
 
 // SR-09

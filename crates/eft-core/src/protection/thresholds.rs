@@ -6,54 +6,54 @@ use crate::learning::FlowModel;
 use crate::parameters::{Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
 use crate::protection::gate::SensorGate;
 use crate::protection::plausibility::{
-    BalanceLimits, Following, LoadPressureWatch, MotionLimits, Plausibility, ReversalWatch, StrokeLimits,
+    FlowLimits, Following, LoadPressureWatch, MotionLimits, Plausibility, ReversalWatch, SpoolLimits,
 };
 use crate::velocity::FilteredDerivative;
 
 /// Corner (Hz) of the residuals, and of the velocity that replaces a sensor's.
-const CORNER: f64 = 80.0;
+const RESIDUAL_CORNER: f64 = 80.0;
 /// Corner (Hz) above which the force has a large part in the flow balance.
-const ABOVE: f64 = 15.0;
+const FAST_CORNER: f64 = 15.0;
 /// Corner (Hz) below which the ratio of velocity and displacement is compared.
-const FINE: f64 = 15.0;
+const RATIO_CORNER: f64 = 15.0;
 /// Corner (Hz) of the velocity by the flow balance.
-const MOVED: f64 = 40.0;
+const FLOW_VELOCITY_CORNER: f64 = 40.0;
 /// Frequency (Hz) of the fastest motion.
-const FASTEST: f64 = 10.0;
+const FASTEST_MOTION: f64 = 10.0;
 /// Delay (s) between velocity and displacement: 1.5 ms of latency, and the lag of a sensor of 0.3 kHz.
-const LATE: f64 = 2.0e-3;
+const LATENCY: f64 = 2.0e-3;
 /// Delay (s) between force and load pressure.
-const PRESSURE_LATE: f64 = 5.0e-4;
+const PRESSURE_LATENCY: f64 = 5.0e-4;
 /// Time (s) of a difference of twice the tolerance between force and load pressure before it is a contradiction.
 const PRESSURE_TIME: f64 = 5.0e-4;
 /// Share of the velocity's trip level below which its direction has a smaller weight.
-const REVERSAL: f64 = 0.01;
+const REVERSAL_VELOCITY: f64 = 0.01;
 /// The brake's largest force as a share of the force's warning level, so that it does not warn, or of the capacity without
 /// a level. It is reached at this share of the velocity's trip level.
-const BRAKE: f64 = 0.4;
-const BRAKE_OF_CAPACITY: f64 = 0.05;
-const BRAKED: f64 = 1.0 / 6.0;
+const BRAKE_FORCE: f64 = 0.4;
+const BRAKE_FORCE_OF_CAPACITY: f64 = 0.05;
+const FULL_BRAKE_VELOCITY: f64 = 1.0 / 6.0;
 /// Share of friction's oil flow that is allowed for a force of the wrong sign. It is small, because friction does not
 /// reverse a sign.
-const TURNED: f64 = 0.25;
+const WRONG_SIGN_SHARE: f64 = 0.25;
 /// Opening (1) times time (s) that a spool may move against its command, as it does for a moment after a null bias of 3 %
 /// appears.
-const AGAINST: f64 = 6.0e-4;
+const OPPOSED_TRAVEL: f64 = 6.0e-4;
 /// Corner (Hz) below which the spool is compared with its command.
-const SLOW: f64 = 5.0;
+const SPOOL_CORNER: f64 = 5.0;
 /// Highest frequency (Hz) at which a signal may swing between its trip levels and still pass the gate. For the velocity
-/// it is [`FASTEST`].
-const SWING: f64 = 30.0;
+/// it is [`FASTEST_MOTION`].
+const FASTEST_SIGNAL: f64 = 30.0;
 /// Share of the actuator's capacity by which friction may change the force at once.
-const FRICTION: f64 = 0.01;
+const FRICTION_SHARE: f64 = 0.01;
 /// Share of the greatest flow that null bias, overlap and leakage may leave, and the share of it that changes fast.
-const OFFSET: f64 = 0.05;
-const FAST_OFFSET: f64 = 7.0e-4;
+const FLOW_OFFSET: f64 = 0.05;
+const FAST_FLOW_OFFSET: f64 = 7.0e-4;
 /// Share of the greatest flow that an overlap of about one per cent of the stroke blocks near null.
-const OVERLAP: f64 = 0.02;
+const OVERLAP_FLOW: f64 = 0.02;
 
 /// Share of the path in which two signals seem to have opposite signs, because one of them is late.
-const TURNS: f64 = 0.35;
+const OPPOSED_SHARE: f64 = 0.35;
 
 /// Natural logarithm, rounded up to a multiple of that of 2.
 const fn logarithm(value: f64) -> f64 {
@@ -72,17 +72,17 @@ const fn root(square: f64) -> f64 {
 }
 
 /// Share of its trip level below which the velocity is near its reversal.
-const REVERSING: f64 = 0.05;
+const NEAR_REVERSAL: f64 = 0.05;
 /// Factor on the gate of the force. A single reading beyond the gate is only held, and `lost_samples` in a row trip.
 /// The gate may therefore be narrow.
-const HELD: f64 = 0.56;
+const FORCE_GATE: f64 = 0.56;
 /// Factor on the path by which the fastest motion leaves its prediction, if the velocity is estimated. A wider jump would be
 /// a kick of the velocity, and a wrong sign near zero would pass.
-const NEAR: f64 = 1.5;
+const ESTIMATED_GATE: f64 = 1.5;
 /// Corner (Hz) of the average of a signal's slope.
-const SLOPE: f64 = 60.0;
+const SLOPE_CORNER: f64 = 60.0;
 /// Largest change of a still sensor's reading, as a share of the deviation of its noise.
-const STILL: f64 = 0.1;
+const STILL_CHANGE: f64 = 0.1;
 
 /// e to the power of a negative number, in a constant.
 const fn exponential(power: f64) -> f64 {
@@ -121,7 +121,7 @@ macro_rules! constructor {
         impl<const N: usize> Plausibility<$t, N> {
             /// Makes the watch of a rig and its protection in `place`, because the stack has no space for a second one.
             #[inline(never)]
-            pub(crate) const fn put(
+            pub(crate) const fn make_in(
                 place: &mut Option<Self>,
                 p: &Parameters,
                 protection: &ProtectionParameters,
@@ -136,70 +136,78 @@ macro_rules! constructor {
                     check!(within("displacement_noise", watch.displacement_noise, SMALLEST, 1.0));
                 let velocity_noise = check!(within("velocity_noise", watch.velocity_noise, 0.0, 1e3));
                 let spool_noise = check!(within("spool_noise", watch.spool_noise, 0.0, 1.0));
-                let alarms = check!(within("false_alarms", watch.false_alarms, 1e-12, 1e6));
+                let alarm_rate = check!(within("false_alarms", watch.false_alarms, 1e-12, 1e6));
                 let delay = check!(within("response_delay", p.response_delay, 0.0, 1.0));
                 // Gaussian noise exceeds this many deviations once in the readings of one alarm: P(|x| > z·σ) ≤ exp(−z²/2).
-                let readings = logarithm(4.0 * 3600.0 * rate / alarms);
+                let readings = logarithm(4.0 * 3600.0 * rate / alarm_rate);
                 let readings = if readings > 1.0 { readings } else { 1.0 };
                 let deviations = root(2.0 * readings);
-                let greatest = p.greatest_flow();
+                let largest_flow = p.greatest_flow();
                 let capacity = area * pressure;
                 let force = level(protection.force.trip, capacity);
                 // Without a level, the displacement in a tenth of a second at full flow.
                 // Without a warning level the trip level is the warning's.
                 let warning = level(protection.force.warning, protection.force.trip);
-                let braking = if warning < LARGEST { BRAKE * warning } else { BRAKE_OF_CAPACITY * capacity };
-                let displacement = level(protection.displacement.trip, 0.1 * greatest / area);
-                let velocity = level(protection.velocity.trip, greatest / area);
+                let brake_force = if warning < LARGEST {
+                    BRAKE_FORCE * warning
+                } else {
+                    BRAKE_FORCE_OF_CAPACITY * capacity
+                };
+                let displacement = level(protection.displacement.trip, 0.1 * largest_flow / area);
+                let velocity = level(protection.velocity.trip, largest_flow / area);
                 let spool = level(protection.spool.trip, 1.0);
-                let swing = core::f64::consts::TAU * SWING / rate;
-                let motion = core::f64::consts::TAU * FASTEST / rate;
+                let signal_angle = core::f64::consts::TAU * FASTEST_SIGNAL / rate;
+                let motion_angle = core::f64::consts::TAU * FASTEST_MOTION / rate;
                 // A third more, for the noise of the prediction.
-                let noise = 1.33 * deviations;
+                let noise_bound = 1.33 * deviations;
                 let senses_velocity = matches!(p.velocity_source, VelocitySource::Sensor);
-                let near = NEAR * velocity * FASTEST / (SLOPE * rate);
+                let motion_tolerance = ESTIMATED_GATE * velocity * FASTEST_MOTION / (SLOPE_CORNER * rate);
                 // Without a level every reading is within reach.
-                let limited = protection.displacement.trip < LARGEST;
-                let reach = if limited { noise * displacement_noise } else { f32::MAX as f64 };
-                let low = share(CORNER, rate);
-                let flow_noise = area * velocity_noise + greatest * spool_noise;
+                let has_level = protection.displacement.trip < LARGEST;
+                let noise_tolerance =
+                    if has_level { noise_bound * displacement_noise } else { f32::MAX as f64 };
+                let residual_gain = share(RESIDUAL_CORNER, rate);
+                let flow_noise = area * velocity_noise + largest_flow * spool_noise;
                 // Three standard deviations of white noise after the low-pass, and the range of the sums of the
                 // remaining noise.
-                let behind = 3.0 * root(1.0 + low) * 0.75 * root(1.0 + 2.0 * low) * low;
-                let wandering = readings * flow_noise / (6.0 * rate);
+                let noise_factor =
+                    3.0 * root(1.0 + residual_gain) * 0.75 * root(1.0 + 2.0 * residual_gain) * residual_gain;
+                let flow_walk = readings * flow_noise / (6.0 * rate);
                 // Seven standard deviations of the displacement's low-passed noise at both ends of a sum. The further
                 // low-pass of the ratio leaves about half of it.
-                let travel = 5.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
-                let ratio = 3.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
+                let motion_limit = 5.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
+                let ratio_limit = 3.0 * displacement_noise + readings * velocity_noise / (6.0 * rate);
                 // The direction of the motion turns the displacement's noise over at each reversal, so that it adds up to a
                 // random walk, as the velocity's noise does. This is its variance in a second (m²/s). A walk against a
                 // drift exceeds a limit with a probability of exp(−2·drift·limit/variance).
-                let fine = share(FINE, rate);
-                let turned = 2.0 * displacement_noise;
-                let walk = 2.0 * FASTEST * turned * turned * fine / (2.0 - fine)
+                let ratio_gain = share(RATIO_CORNER, rate);
+                let doubled_noise = 2.0 * displacement_noise;
+                let walk = 2.0 * FASTEST_MOTION * doubled_noise * doubled_noise * ratio_gain
+                    / (2.0 - ratio_gain)
                     + velocity_noise * velocity_noise / rate;
-                let ratio_drift = 0.5 * readings * walk / ratio;
-                let offset = OFFSET * greatest / area;
+                let ratio_drift = 0.5 * readings * walk / ratio_limit;
+                let offset = FLOW_OFFSET * largest_flow / area;
                 // The displacement's noise behind a low-pass at both ends of a sum, and the path in a delay of the fastest
                 // motion at its reversal.
-                let turns = 0.7 * deviations * displacement_noise * root(1e4 * low) / 100.0
-                    + TURNS * core::f64::consts::TAU * FASTEST * velocity * LATE * LATE;
-                let balance = 16.0 * displacement_noise + 0.01 * displacement;
+                let reversal_path = 0.7 * deviations * displacement_noise * root(1e4 * residual_gain) / 100.0
+                    + OPPOSED_SHARE * core::f64::consts::TAU * FASTEST_MOTION * velocity * LATENCY * LATENCY;
+                let travel = 16.0 * displacement_noise + 0.01 * displacement;
                 let delays = p.computation_delay as f64;
                 let repeats = 3.0e-3 * rate;
                 let repeats = if repeats > 8.0 { repeats } else { 8.0 } + delays;
                 let lag = 0.5 * delay * rate + 0.5 * (1.0 + delays);
-                let derivative = check!(FilteredDerivative::<$t>::new(CORNER, rate));
+                let derivative = check!(FilteredDerivative::<$t>::new(RESIDUAL_CORNER, rate));
                 let leakage = check!(within("leakage", p.leakage, 0.0, LARGEST)) / area;
                 let tolerance = check!(range("load_pressure_tolerance", watch.load_pressure_tolerance));
                 let load_pressure = if tolerance < LARGEST {
                     let pressure_noise = force_noise / area;
                     Some(LoadPressureWatch {
                         area: area as $t,
-                        jump: (HELD * (noise * pressure_noise + swing * force / area)) as $t,
-                        still: (STILL * pressure_noise) as $t,
+                        jump: (FORCE_GATE * (noise_bound * pressure_noise + signal_angle * force / area))
+                            as $t,
+                        still: (STILL_CHANGE * pressure_noise) as $t,
                         tolerance: (tolerance + 4.0 * force_noise) as $t,
-                        late: (PRESSURE_LATE * rate) as $t,
+                        latency: (PRESSURE_LATENCY * rate) as $t,
                         limit: (PRESSURE_TIME * (tolerance + 4.0 * force_noise)) as $t,
                     })
                 } else {
@@ -209,26 +217,26 @@ macro_rules! constructor {
                 *place = Some(Self {
                     model: FlowModel::<$t, N>::EMPTY,
                     gate: SensorGate {
-                        jump: [
-                            (HELD * (noise * force_noise + swing * force)) as $t,
-                            (reach + swing * displacement) as $t,
-                            (noise * velocity_noise + motion * velocity) as $t,
-                            (noise * spool_noise + swing * spool) as $t,
+                        tolerance: [
+                            (FORCE_GATE * (noise_bound * force_noise + signal_angle * force)) as $t,
+                            (noise_tolerance + signal_angle * displacement) as $t,
+                            (noise_bound * velocity_noise + motion_angle * velocity) as $t,
+                            (noise_bound * spool_noise + signal_angle * spool) as $t,
                         ],
-                        near: (reach + near) as $t,
-                        bend: near as $t,
-                        friction: (FRICTION * capacity) as $t,
-                        reversing: (REVERSING * velocity) as $t,
-                        still: [
-                            (STILL * force_noise) as $t,
-                            (STILL * displacement_noise) as $t,
-                            (STILL * velocity_noise) as $t,
-                            (STILL * spool_noise) as $t,
+                        displacement_tolerance: (noise_tolerance + motion_tolerance) as $t,
+                        tolerance_growth: motion_tolerance as $t,
+                        friction_jump: (FRICTION_SHARE * capacity) as $t,
+                        reversal_velocity: (NEAR_REVERSAL * velocity) as $t,
+                        still_change: [
+                            (STILL_CHANGE * force_noise) as $t,
+                            (STILL_CHANGE * displacement_noise) as $t,
+                            (STILL_CHANGE * velocity_noise) as $t,
+                            (STILL_CHANGE * spool_noise) as $t,
                         ],
-                        forgetting: share(1.0, rate) as $t,
-                        chance: exponential(-readings) as $t,
-                        share: share(SLOPE, rate) as $t,
-                        returns: protection.lost_samples / 2 + 1,
+                        liveliness_gain: share(1.0, rate) as $t,
+                        still_probability: exponential(-readings) as $t,
+                        slope_gain: share(SLOPE_CORNER, rate) as $t,
+                        confirmations: protection.lost_samples / 2 + 1,
                     },
                     derivative,
                     lost_samples: protection.lost_samples,
@@ -245,49 +253,57 @@ macro_rules! constructor {
                     oil: (compressibility / area) as $t,
                     valve_gain: valve_gain as $t,
                     null_bias: check!(null_bias(p)) as $t,
-                    low: low as $t,
-                    fine: fine as $t,
-                    slow: share(SLOW, rate) as $t,
-                    decay: (1.0 - share(1.0, rate)) as $t,
-                    per_reversal: (1.0 / (REVERSAL * velocity)) as $t,
-                    balance: BalanceLimits {
-                        high: share(ABOVE, rate) as $t,
+                    residual_gain: residual_gain as $t,
+                    ratio_gain: ratio_gain as $t,
+                    spool_gain: share(SPOOL_CORNER, rate) as $t,
+                    envelope_decay: (1.0 - share(1.0, rate)) as $t,
+                    per_reversal: (1.0 / (REVERSAL_VELOCITY * velocity)) as $t,
+                    balance: FlowLimits {
+                        high: share(FAST_CORNER, rate) as $t,
                         fast_decay: (1.0 - share(1.6, rate)) as $t,
-                        drift: (behind * flow_noise + OFFSET * greatest) as $t,
-                        fast_drift: (behind * flow_noise + FAST_OFFSET * greatest) as $t,
-                        null_drift: (OVERLAP * greatest) as $t,
-                        slow: (1.5 * area * balance + wandering) as $t,
-                        fast: (FRICTION * capacity * compressibility / area + wandering) as $t,
-                        turned: (TURNED * FRICTION * capacity * compressibility / area + wandering) as $t,
+                        drift: (noise_factor * flow_noise + FLOW_OFFSET * largest_flow) as $t,
+                        fast_drift: (noise_factor * flow_noise + FAST_FLOW_OFFSET * largest_flow) as $t,
+                        null_drift: (OVERLAP_FLOW * largest_flow) as $t,
+                        slow: (1.5 * area * travel + flow_walk) as $t,
+                        fast: (FRICTION_SHARE * capacity * compressibility / area + flow_walk) as $t,
+                        wrong_sign: (WRONG_SIGN_SHARE * FRICTION_SHARE * capacity * compressibility / area
+                            + flow_walk) as $t,
                     },
                     motion: MotionLimits {
-                        drift: (behind * velocity_noise) as $t,
+                        drift: (noise_factor * velocity_noise) as $t,
                         ratio_drift: ratio_drift as $t,
-                        travel: travel as $t,
-                        ratio: ratio as $t,
-                        late: LATE as $t,
+                        travel: motion_limit as $t,
+                        ratio: ratio_limit as $t,
+                        latency: LATENCY as $t,
                     },
-                    stroke: StrokeLimits {
+                    stroke: SpoolLimits {
                         lag: (1.0 / (1.0 + lag)) as $t,
-                        drift: (behind * spool_noise + 0.03) as $t,
-                        against_drift: (behind * spool_noise) as $t,
+                        drift: (noise_factor * spool_noise + 0.03) as $t,
+                        against_drift: (noise_factor * spool_noise) as $t,
                         difference: 2.0e-3,
-                        against: AGAINST as $t,
+                        against: OPPOSED_TRAVEL as $t,
                     },
                     following: Following {
-                        moved: share(MOVED, rate) as $t,
+                        flow_velocity_gain: share(FLOW_VELOCITY_CORNER, rate) as $t,
                         fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
-                        brake: braking as $t,
-                        per_braked: (1.0 / (BRAKED * velocity)) as $t,
+                        brake: brake_force as $t,
+                        per_brake_velocity: (1.0 / (FULL_BRAKE_VELOCITY * velocity)) as $t,
                     },
                     reversal: ReversalWatch {
                         slow: offset as $t,
                         drift: (0.25 * offset) as $t,
-                        limit: turns as $t,
+                        limit: reversal_path as $t,
                     },
-                    kick: if senses_velocity { 0.0 } else { (area * area / (compressibility * rate)) as $t },
-                    astray: (10.0 * force_noise + 0.15 * force) as $t,
-                    evidence: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],
+                    force_per_velocity: if senses_velocity {
+                        0.0
+                    } else {
+                        (area * area / (compressibility * rate)) as $t
+                    },
+                    force_error_limit: (10.0 * force_noise + 0.15 * force) as $t,
+                    stuck_changes: [
+                        (10.0 * force_noise + 0.02 * force) as $t,
+                        (10.0 * displacement_noise) as $t,
+                    ],
                     load_pressure,
                 });
                 match place {

@@ -11,10 +11,10 @@ use crate::parameters::ProtectionParameters;
 pub(crate) struct Timing<T> {
     rate: T,
     tolerance: T,
-    /// Largest [`trouble`](TimingState::trouble) without a trip.
-    patience: u32,
+    /// Largest [`error_score`](TimingState::error_score) without a trip.
+    score_limit: u32,
 }
-integrity!(Timing<T>: rate, tolerance, patience);
+integrity!(Timing<T>: rate, tolerance, score_limit);
 
 /// Its state. `default()` is that before the first counter and period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -22,19 +22,19 @@ integrity!(Timing<T>: rate, tolerance, patience);
 #[repr(C)]
 pub(crate) struct TimingState<T> {
     /// The last counter.
-    last: T,
+    last_counter: T,
     /// Whether there was a counter, and a period.
-    counts: bool,
-    times: bool,
+    has_counter: bool,
+    has_period: bool,
     /// Increases by two with each bad sample and decreases by one with each good one. A share of bad samples above a third
     /// therefore trips.
-    trouble: u32,
+    error_score: u32,
 }
-integrity!(TimingState<T>: last, counts, times, trouble);
+integrity!(TimingState<T>: last_counter, has_counter, has_period, error_score);
 
 /// The error of a sample's timing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Untimely {
+pub(crate) enum TimingError {
     /// The sample is not new.
     Old,
     /// Samples are missing before it.
@@ -43,7 +43,7 @@ pub(crate) enum Untimely {
     Period,
 }
 
-impl Untimely {
+impl TimingError {
     /// The cause of the trip if it persists.
     pub(crate) fn cause(self) -> Cause {
         if self == Self::Period { Cause::SamplePeriod } else { Cause::SamplesOld }
@@ -56,55 +56,55 @@ impl<T: Real> Timing<T> {
     /// # NaN
     /// A counter or period is checked after its first value. A later NaN is bad.
     #[inline(always)]
-    pub(crate) fn step(&self, state: &mut TimingState<T>, alive: T, period: T) -> Option<Untimely> {
-        let bad = Self::order(state, alive).or_else(|| self.pace(state, period));
-        if bad.is_some() {
-            if state.trouble <= self.patience {
-                state.trouble += 2;
+    pub(crate) fn step(&self, state: &mut TimingState<T>, alive: T, period: T) -> Option<TimingError> {
+        let error = Self::check_counter(state, alive).or_else(|| self.check_period(state, period));
+        if error.is_some() {
+            if state.error_score <= self.score_limit {
+                state.error_score += 2;
             }
-        } else if state.trouble > 0 {
-            state.trouble -= 1;
+        } else if state.error_score > 0 {
+            state.error_score -= 1;
         }
-        bad
+        error
     }
 
     /// Whether samples have been bad for too long.
     #[inline(always)]
     pub(crate) fn persists(&self, state: &TimingState<T>) -> bool {
-        state.trouble > self.patience
+        state.error_score > self.score_limit
     }
 
     #[inline(always)]
-    fn order(state: &mut TimingState<T>, alive: T) -> Option<Untimely> {
+    fn check_counter(state: &mut TimingState<T>, alive: T) -> Option<TimingError> {
         let zero = T::splat(0.0);
-        if state.counts {
-            let last = state.last;
+        if state.has_counter {
+            let last = state.last_counter;
             // A large counter plus one may round to the counter, but this difference is exact.
             if alive - last == T::splat(1.0) {
-                state.last = alive;
+                state.last_counter = alive;
                 return None;
             }
             if !alive.is_finite() || alive == last {
-                return Some(Untimely::Old);
+                return Some(TimingError::Old);
             }
-            state.last = alive;
+            state.last_counter = alive;
             // A counter of any length returns to zero after its last value.
-            return if alive == zero && last > zero { None } else { Some(Untimely::Skipped) };
+            return if alive == zero && last > zero { None } else { Some(TimingError::Skipped) };
         }
         if alive.is_finite() {
-            (state.last, state.counts) = (alive, true);
+            (state.last_counter, state.has_counter) = (alive, true);
         }
         None
     }
 
     #[inline(always)]
-    fn pace(&self, state: &mut TimingState<T>, period: T) -> Option<Untimely> {
-        let off = !((period * self.rate - T::splat(1.0)).abs() <= self.tolerance);
-        if off && !period.is_finite() {
-            return state.times.then_some(Untimely::Period);
+    fn check_period(&self, state: &mut TimingState<T>, period: T) -> Option<TimingError> {
+        let deviates = !((period * self.rate - T::splat(1.0)).abs() <= self.tolerance);
+        if deviates && !period.is_finite() {
+            return state.has_period.then_some(TimingError::Period);
         }
-        state.times = true;
-        off.then_some(Untimely::Period)
+        state.has_period = true;
+        deviates.then_some(TimingError::Period)
     }
 }
 
@@ -117,7 +117,7 @@ macro_rules! constructor {
                 Ok(Self {
                     rate: check!(positive("sample_rate", sample_rate)) as $t,
                     tolerance: check!(within("period_tolerance", p.period_tolerance, 0.0, 1e3)) as $t,
-                    patience: 2 * p.lost_samples,
+                    score_limit: 2 * p.lost_samples,
                 })
             }
         }
@@ -140,8 +140,8 @@ mod tests {
     fn trips(samples: impl IntoIterator<Item = (f32, f32)>) -> Option<(usize, Cause, bool)> {
         let (timing, mut state) = (timing(), TimingState::default());
         samples.into_iter().enumerate().find_map(|(n, (alive, period))| {
-            let bad = timing.step(&mut state, alive, period)?;
-            timing.persists(&state).then_some((n, bad.cause(), bad == Untimely::Old))
+            let error = timing.step(&mut state, alive, period)?;
+            timing.persists(&state).then_some((n, error.cause(), error == TimingError::Old))
         })
     }
 
@@ -171,8 +171,9 @@ mod tests {
         }
         // From below zero it does not begin again but skips.
         let mut state = TimingState::default();
-        let mut bad = |alive: f32| timing().step(&mut state, alive, NONE).map(|bad| bad == Untimely::Skipped);
-        assert_eq!([-9.0, -8.0, 0.0, 1.0].map(&mut bad), [None, None, Some(true), None]);
+        let mut error =
+            |alive: f32| timing().step(&mut state, alive, NONE).map(|error| error == TimingError::Skipped);
+        assert_eq!([-9.0, -8.0, 0.0, 1.0].map(&mut error), [None, None, Some(true), None]);
         let never_begins = core::iter::repeat_n((0.0, NONE), 100);
         assert_eq!(trips(never_begins).map(|(_, cause, _)| cause), Some(Cause::SamplesOld));
     }
@@ -189,8 +190,9 @@ mod tests {
     // SR-15
     #[test]
     fn a_period_that_is_off_trips() {
-        let periods = |off: f32| (0..100).map(move |n| (NONE, if n < 10 { 1e-3 } else { off * 1e-3 }));
-        for (off, expected) in [
+        let periods =
+            |deviates: f32| (0..100).map(move |n| (NONE, if n < 10 { 1e-3 } else { deviates * 1e-3 }));
+        for (deviates, expected) in [
             (0.95, None),
             (1.09, None),
             (0.85, Some((20, Cause::SamplePeriod, false))),
@@ -198,7 +200,7 @@ mod tests {
             (f32::INFINITY, Some((20, Cause::SamplePeriod, false))),
             (f32::NAN, Some((20, Cause::SamplePeriod, false))),
         ] {
-            assert_eq!(trips(periods(off)), expected, "{off}");
+            assert_eq!(trips(periods(deviates)), expected, "{deviates}");
         }
         // Also if the first one is.
         let always = core::iter::repeat_n((NONE, 1.2e-3), 100);

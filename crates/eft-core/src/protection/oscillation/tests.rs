@@ -55,7 +55,8 @@ fn a_lost_sample_changes_nothing() {
     }
 }
 
-const WATCH: OscillationWatch<f64> = OscillationWatch { high: 0.25, low: 0.5, limit: 100.0, ticks: 4 };
+const WATCH: OscillationWatch<f64> =
+    OscillationWatch { high_pass: 0.25, low_pass: 0.5, limit: 100.0, ticks: 4 };
 
 fn near(what: &str, found: f64, expected: f64) {
     assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{what}: {found:e}, not {expected:e}");
@@ -63,16 +64,21 @@ fn near(what: &str, found: f64, expected: f64) {
 
 #[test]
 fn an_error_passes_two_high_passes_and_a_low_pass() {
-    let mut state =
-        OscillationWatchState { slow: [2.0, 0.5], band: 0.75, sum: 3.0, last: 9.0, ..Default::default() };
+    let mut state = OscillationWatchState {
+        high_pass_states: [2.0, 0.5],
+        filtered_error: 0.75,
+        sum_of_squares: 3.0,
+        last_sum: 9.0,
+        ..Default::default()
+    };
     assert!(!WATCH.step(&mut state, 6.0));
     let first = 2.0 + 0.25 * (6.0 - 2.0);
     let second = 0.5 + 0.25 * ((6.0 - first) - 0.5);
-    let band = 0.75 + 0.5 * ((6.0 - first - second) - 0.75);
-    near("first", state.slow[0], first);
-    near("second", state.slow[1], second);
-    near("band", state.band, band);
-    near("sum of squares", state.sum, 3.0 + band * band);
+    let filtered_error = 0.75 + 0.5 * ((6.0 - first - second) - 0.75);
+    near("first", state.high_pass_states[0], first);
+    near("second", state.high_pass_states[1], second);
+    near("band", state.filtered_error, filtered_error);
+    near("sum of squares", state.sum_of_squares, 3.0 + filtered_error * filtered_error);
     assert_eq!(state.ticks, 1);
 }
 
@@ -83,15 +89,22 @@ fn a_window_closes_after_its_ticks() {
         WATCH.step(&mut state, 6.0);
         assert_eq!(state.ticks, ticks);
     }
-    assert!(state.last > 0.0);
+    assert!(state.last_sum > 0.0);
 }
 
 /// After the end of a window with this sum, and whether it trips.
-fn closed(sum: f64, last: f64, [beyond, growing]: [u32; 2]) -> (OscillationWatchState<f64>, bool) {
-    let mut state = OscillationWatchState { sum, last, beyond, growing, ticks: 4, ..Default::default() };
+fn closed(sum: f64, last: f64, [over_limit, growing]: [u32; 2]) -> (OscillationWatchState<f64>, bool) {
+    let mut state = OscillationWatchState {
+        sum_of_squares: sum,
+        last_sum: last,
+        windows_over_limit: over_limit,
+        windows_growing: growing,
+        ticks: 4,
+        ..Default::default()
+    };
     let trips = WATCH.close(&mut state);
-    near("last", state.last, sum);
-    assert_eq!((state.sum.to_bits(), state.ticks), (0, 0));
+    near("last", state.last_sum, sum);
+    assert_eq!((state.sum_of_squares.to_bits(), state.ticks), (0, 0));
     (state, trips)
 }
 
@@ -106,7 +119,7 @@ fn windows_beyond_the_limit_and_growing_ones_are_counted() {
         (13.1, 10.0, [0, 6]),
     ] {
         let (state, _) = closed(sum, last, [2, 5]);
-        assert_eq!([state.beyond, state.growing], counts, "{sum} {last}");
+        assert_eq!([state.windows_over_limit, state.windows_growing], counts, "{sum} {last}");
     }
 }
 
@@ -130,7 +143,7 @@ fn a_window_is_a_sixtieth_of_a_second_and_its_limit_the_sum_of_squares() {
         let watch = OscillationWatch::<f64>::new(3.0, rate).unwrap().unwrap();
         assert_eq!(watch.ticks, ticks, "{rate} Hz");
         near("limit", watch.limit, 9.0 * f64::from(ticks));
-        for (share, corner) in [(watch.high, 40.0), (watch.low, 150.0)] {
+        for (share, corner) in [(watch.high_pass, 40.0), (watch.low_pass, 150.0)] {
             // Time constant of the backward difference.
             let time = (1.0 / share - 1.0) / rate;
             assert!((time * TAU * corner - 1.0).abs() < 1e-9, "{corner} Hz: {time} s");

@@ -3,44 +3,44 @@
 use crate::cause::Cause;
 use crate::number::Real;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, Signal, VELOCITY};
-use crate::protection::plausibility::comparisons::Motion;
-use crate::protection::plausibility::reversal::Wrong;
+use crate::protection::plausibility::comparisons::MotionComparison;
+use crate::protection::plausibility::reversal::WrongSign;
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 use crate::signals::Input;
 
 /// The displacement is blamed for a ratio only if the velocity fits the flow better, by this share of the mean square of the
 /// speed. This is so if one of the two has the wrong sign. Near rest the largest speed is the noise of the displacement.
-const CLEARLY: f64 = 0.25;
+const CLEAR_SHARE: f64 = 0.25;
 
 /// Probability that a working sensor is as still as a frozen one. It is much larger than without a contradiction, because
 /// here it only selects the sensor.
-const FROZEN: f64 = 0.01;
+const FROZEN_PROBABILITY: f64 = 0.01;
 /// Share of the limit of a motion against the command from which on the spool may be wrong.
-const AGAINST: f64 = 0.1;
+const OPPOSED_SHARE: f64 = 0.1;
 
 /// The cause of a wrong sign, if a sensor shows the motion.
 #[inline(always)]
-fn of_sign(wrong: Option<Wrong>, sensor: usize) -> Cause {
+fn sign_cause(wrong: Option<WrongSign>, sensor: usize) -> Cause {
     match wrong {
         None => Cause::None,
-        Some(Wrong::Force) => Cause::ForceImplausible,
-        Some(Wrong::Motion) if sensor == VELOCITY => Cause::VelocityImplausible,
-        Some(Wrong::Motion) => Cause::DisplacementImplausible,
+        Some(WrongSign::Force) => Cause::ForceImplausible,
+        Some(WrongSign::Motion) if sensor == VELOCITY => Cause::VelocityImplausible,
+        Some(WrongSign::Motion) => Cause::DisplacementImplausible,
     }
 }
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// A signal that stays lost.
     #[inline(always)]
-    pub(super) fn lost(&self, state: &PlausibilityState<T>) -> Cause {
-        let gone = |n: usize| {
+    pub(super) fn lost_sensor(&self, state: &PlausibilityState<T>) -> Cause {
+        let lost_signal = |n: usize| {
             let (signal, distrusted) = (state.signals.get(n), state.distrusted.get(n));
             match (signal, distrusted) {
                 (Some(signal), Some(false)) if signal.lost > self.lost_samples => Some(signal.jumped),
                 _ => None,
             }
         };
-        match (gone(FORCE), gone(VELOCITY), gone(SPOOL), gone(DISPLACEMENT)) {
+        match (lost_signal(FORCE), lost_signal(VELOCITY), lost_signal(SPOOL), lost_signal(DISPLACEMENT)) {
             (Some(true), ..) => Cause::ForceImplausible,
             (Some(false), ..) => Cause::ForceLost,
             (_, Some(true), ..) if self.senses_velocity => Cause::VelocityImplausible,
@@ -56,36 +56,43 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// Adds a tick to the sums of wrong signs while a single sensor shows the motion, and returns the sensor that has
     /// one: see [`reversal`](super::reversal).
     #[inline(always)]
-    pub(super) fn reversed(&self, state: &mut PlausibilityState<T>, astray: bool, tripped: bool) -> Cause {
+    pub(super) fn wrong_sign_cause(
+        &self,
+        state: &mut PlausibilityState<T>,
+        far_from_command: bool,
+        tripped: bool,
+    ) -> Cause {
         let [force, _, _, spool] = state.distrusted;
         let Some((sensor, moved)) = self.only_motion(state) else { return Cause::None };
         // A spool of wrong sign reverses the valve's flow.
         if force | spool || !self.spool_follows(state) {
             return Cause::None;
         }
-        let velocities = [moved, state.by_flow.valve, state.by_flow.oil];
-        let unknown = state.missing.unknown();
+        let velocities = [moved, state.flow_velocity.valve, state.flow_velocity.oil];
+        let prior_weight = state.opening_offset.prior_weight();
         let sums = &mut state.reversal;
-        let wrong = self.reversal.add(sums, self.period, velocities, unknown, [astray, tripped]);
+        let wrong =
+            self.reversal.add(sums, self.period, velocities, prior_weight, [far_from_command, tripped]);
         let frozen = || state.signals.get(sensor).is_some_and(|shown| self.is_frozen(shown));
-        if wrong == Some(Wrong::Force) && frozen() {
+        if wrong == Some(WrongSign::Force) && frozen() {
             // A frozen sensor shows no motion, so that all of the valve's flow seems to be the oil's.
             return Cause::None;
         }
-        if wrong == Some(Wrong::Motion) && state.force_jumped() {
+        if wrong == Some(WrongSign::Motion) && state.force_jumped() {
             // A wrong velocity makes a true force jump.
             let [force, ..] = &mut state.signals;
             force.restart();
         }
-        of_sign(wrong, sensor)
+        sign_cause(wrong, sensor)
     }
 
     /// The sensor that shows the motion, and its velocity (m/s), unless there are two or none.
     #[inline(always)]
     fn only_motion(&self, state: &PlausibilityState<T>) -> Option<(usize, T)> {
-        let ([_, displacement, velocity, _], [smooth, _]) = (state.distrusted, state.smooth);
+        let ([_, displacement, velocity, _], [filtered_velocity, _]) =
+            (state.distrusted, state.filtered_velocity);
         match (self.senses_velocity, displacement, velocity) {
-            (true, true, false) => Some((VELOCITY, smooth)),
+            (true, true, false) => Some((VELOCITY, filtered_velocity)),
             (false, false, _) => Some((DISPLACEMENT, state.derivative.first)),
             _ => None,
         }
@@ -96,14 +103,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     #[inline(always)]
     pub(super) fn contradiction_by_flow(&self, state: &PlausibilityState<T>, share: T) -> Cause {
         let (balance, limits) = (&state.balance, &self.balance);
-        let beyond =
-            balance.turned.is_beyond(limits.turned, share) || balance.fast.is_beyond(limits.fast, share);
+        let beyond = balance.wrong_sign.is_beyond(limits.wrong_sign, share)
+            || balance.fast.is_beyond(limits.fast, share);
         match self.only_motion(state) {
             _ if state.stroke.against.is_beyond(self.stroke.against, T::splat(1.0)) => {
                 Cause::SpoolImplausible
             }
             Some((sensor, _)) if beyond && self.spool_follows(state) => {
-                of_sign(state.reversal.larger(), sensor)
+                sign_cause(state.reversal.larger(), sensor)
             }
             _ => Cause::None,
         }
@@ -113,13 +120,15 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     #[inline(always)]
     fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
         let ([.., spool], stroke) = (&state.signals, &state.stroke);
-        let same = (spool.last - self.null_bias) * (stroke.opening - self.null_bias) > T::splat(0.0);
-        same && !stroke.against.is_beyond(self.stroke.against, T::splat(AGAINST)) && !self.is_frozen(spool)
+        let same_side = (spool.last - self.null_bias) * (stroke.opening - self.null_bias) > T::splat(0.0);
+        same_side
+            && !stroke.against.is_beyond(self.stroke.against, T::splat(OPPOSED_SHARE))
+            && !self.is_frozen(spool)
     }
 
     /// A signal whose noise has stopped, or that repeats although it should have moved.
     #[inline(always)]
-    pub(super) fn stuck(
+    pub(super) fn stuck_sensor(
         &self,
         state: &mut PlausibilityState<T>,
         input: &Input<T>,
@@ -127,38 +136,38 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         command: T,
     ) -> Cause {
         let [force, _, speed, _] = &state.signals;
-        let [command_then, displacement_then] = &mut state.marks;
-        let [force_evidence, motion_evidence] = self.evidence;
+        let [command_at_change, displacement_at_change] = &mut state.last_changes;
+        let [force_change, motion_change] = self.stuck_changes;
         if force.repeats == 0 {
-            *command_then = command;
+            *command_at_change = command;
         }
         if speed.repeats == 0 {
-            *displacement_then = input.displacement;
+            *displacement_at_change = input.displacement;
         }
-        let travelled = input.displacement - *displacement_then;
-        let foreseen = T::from_u32(speed.repeats) * self.period * velocity;
-        let [of_force, of_displacement, of_velocity, of_spool] =
+        let travelled = input.displacement - *displacement_at_change;
+        let predicted = T::from_u32(speed.repeats) * self.period * velocity;
+        let [still_force, still_displacement, still_velocity, still_spool] =
             state.signals.each_ref().map(|signal| self.gate.is_still(signal));
         let [force_distrusted, displacement_distrusted, velocity_distrusted, spool_distrusted] =
             state.distrusted;
         let (trusts_force, measures_velocity) =
             (!force_distrusted, self.senses_velocity & !velocity_distrusted);
-        if of_force & trusts_force {
+        if still_force & trusts_force {
             Cause::ForceImplausible
-        } else if of_velocity & measures_velocity {
+        } else if still_velocity & measures_velocity {
             Cause::VelocityImplausible
-        } else if of_spool & !spool_distrusted {
+        } else if still_spool & !spool_distrusted {
             Cause::SpoolImplausible
-        } else if of_displacement & !displacement_distrusted {
+        } else if still_displacement & !displacement_distrusted {
             Cause::DisplacementImplausible
         } else if trusts_force
             && force.repeats >= self.repeats
-            && (command - *command_then).abs() > force_evidence
+            && (command - *command_at_change).abs() > force_change
         {
             Cause::ForceImplausible
         } else if measures_velocity
             && speed.repeats >= self.repeats
-            && (travelled - foreseen).abs() > motion_evidence
+            && (travelled - predicted).abs() > motion_change
         {
             Cause::VelocityImplausible
         } else {
@@ -173,20 +182,20 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let (balance, stroke) = (&state.balance, &state.stroke);
         let slow = |share| balance.slow.is_beyond(self.balance.slow, T::splat(share));
         let fast = || balance.fast.is_beyond(self.balance.fast, share);
-        let turned = || balance.turned.is_beyond(self.balance.turned, share);
+        let wrong_sign = || balance.wrong_sign.is_beyond(self.balance.wrong_sign, share);
         let differs = |share| stroke.difference.is_beyond(self.stroke.difference, T::splat(share));
         let [_, displacement, velocity, spool] = &state.signals;
         if self.travels_beyond(state, share) {
-            self.of_motion(state)
+            self.blame_motion(state)
         } else if self.ratio_is_beyond(state, share) {
-            self.of_ratio(state)
+            self.blame_ratio(state)
         } else if stroke.against.is_beyond(self.stroke.against, T::splat(1.0)) {
             Cause::SpoolImplausible
-        } else if turned() || fast() {
+        } else if wrong_sign() || fast() {
             if self.is_frozen(spool) {
                 Cause::SpoolImplausible
             } else if self.travels_beyond(state, T::splat(0.3)) || self.is_frozen(velocity) {
-                match self.of_motion(state) {
+                match self.blame_motion(state) {
                     // These flows contain the velocity's sensor only: a displacement that moves does not change them.
                     // An estimated velocity contains the displacement.
                     Cause::DisplacementImplausible
@@ -201,7 +210,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             }
         } else if slow(1.0) {
             if self.travels_beyond(state, T::splat(0.3)) {
-                self.of_motion(state)
+                self.blame_motion(state)
             } else if differs(0.05) || self.is_frozen(spool) {
                 Cause::SpoolImplausible
             } else {
@@ -216,26 +225,26 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
 
     /// Velocity and displacement move differently.
     #[inline(always)]
-    fn of_motion(&self, state: &PlausibilityState<T>) -> Cause {
+    fn blame_motion(&self, state: &PlausibilityState<T>) -> Cause {
         let [_, displacement, velocity, _] = &state.signals;
-        let of_displacement = !self.is_frozen(velocity)
+        let displacement_wrong = !self.is_frozen(velocity)
             && (self.is_frozen(displacement) || state.motion.evidence.is_of_displacement());
-        if of_displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible }
+        if displacement_wrong { Cause::DisplacementImplausible } else { Cause::VelocityImplausible }
     }
 
     /// Whether a reading repeats, or is too still for its noise.
     #[inline(always)]
     fn is_frozen(&self, signal: &Signal<T>) -> bool {
-        signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN))
+        signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN_PROBABILITY))
     }
 
     /// Velocity and displacement differ by a ratio. If the flow does not decide, the larger one is distrusted, because a
     /// velocity that is too small leaves damping.
     #[inline(always)]
-    fn of_ratio(&self, state: &PlausibilityState<T>) -> Cause {
-        let Motion { ratio, worse, swept, .. } = &state.motion;
-        let told = *worse < -(T::splat(CLEARLY) * self.area * *swept);
-        if told | (ratio.below > ratio.above) {
+    fn blame_ratio(&self, state: &PlausibilityState<T>) -> Cause {
+        let MotionComparison { ratio, misfit, mean_square_speed, .. } = &state.motion;
+        let displacement_fits_worse = *misfit < -(T::splat(CLEAR_SHARE) * self.area * *mean_square_speed);
+        if displacement_fits_worse | (ratio.below > ratio.above) {
             Cause::DisplacementImplausible
         } else {
             Cause::VelocityImplausible

@@ -2,11 +2,11 @@
 
 use crate::integrity::integrity;
 use crate::number::Real;
-use crate::protection::plausibility::sums::{Began, Evidence, Sum};
+use crate::protection::plausibility::sums::{Cusum, CusumStart, Evidence};
 
 /// The coefficients and limits of the flow balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct BalanceLimits<T> {
+pub(crate) struct FlowLimits<T> {
     /// Coefficient (1) of the high-passes.
     pub(in crate::protection) high: T,
     /// Share (1) of the envelopes above the motion's frequencies that remains in a sample.
@@ -19,39 +19,39 @@ pub(crate) struct BalanceLimits<T> {
     /// Limits (m³) of the sums.
     pub(in crate::protection) slow: T,
     pub(in crate::protection) fast: T,
-    pub(in crate::protection) turned: T,
+    pub(in crate::protection) wrong_sign: T,
 }
-integrity!(BalanceLimits<T>: high, fast_decay, drift, fast_drift, null_drift, slow, fast, turned);
+integrity!(FlowLimits<T>: high, fast_decay, drift, fast_drift, null_drift, slow, fast, wrong_sign);
 
 /// The state of the flow balance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct Balance<T> {
+pub(crate) struct FlowBalance<T> {
     /// Time (s) since the first sample, until the low-passes have settled.
     pub(super) age: T,
     /// The valve's last flow (m³/s).
-    pub(super) flow: T,
+    pub(super) last_valve_flow: T,
     /// Low-passed: flow of the valve, flow of piston and leakage (m³/s), force (N).
-    pub(super) passed: T,
-    pub(super) taken: T,
+    pub(super) valve_flow: T,
+    pub(super) load_flow: T,
     pub(super) force: T,
     /// High-passes of the residual, the valve's flow and the oil's flow (m³/s).
-    pub(super) residual_above: [T; 2],
-    pub(super) passed_above: [T; 2],
-    pub(super) oil_above: [T; 2],
+    pub(super) fast_residual: [T; 2],
+    pub(super) fast_valve_flow: [T; 2],
+    pub(super) fast_oil_flow: [T; 2],
     /// Envelopes (m³/s) of the larger flow, and of those above the motion's frequencies.
-    pub(super) most_flow: T,
-    pub(super) most_passed_above: T,
-    pub(super) most_oil_above: T,
+    pub(super) flow_envelope: T,
+    pub(super) fast_valve_envelope: T,
+    pub(super) fast_oil_envelope: T,
     /// Recent nearness of the spool to null (1).
     pub(super) near_null: T,
     /// Sums (m³) of the slow and the fast residual, and of a force of the wrong sign.
-    pub(super) slow: Sum<T>,
-    pub(super) fast: Sum<T>,
-    pub(super) turned: Sum<T>,
+    pub(super) slow: Cusum<T>,
+    pub(super) fast: Cusum<T>,
+    pub(super) wrong_sign: Cusum<T>,
 }
-integrity!(Balance<T>: age, flow, passed, taken, force, residual_above, passed_above, oil_above, most_flow, most_passed_above, most_oil_above, near_null, slow, fast, turned);
+integrity!(FlowBalance<T>: age, last_valve_flow, valve_flow, load_flow, force, fast_residual, fast_valve_flow, fast_oil_flow, flow_envelope, fast_valve_envelope, fast_oil_envelope, near_null, slow, fast, wrong_sign);
 
 /// The limits of velocity and displacement.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,15 +63,15 @@ pub(crate) struct MotionLimits<T> {
     pub(in crate::protection) travel: T,
     pub(in crate::protection) ratio: T,
     /// Largest time (s) between velocity and displacement.
-    pub(in crate::protection) late: T,
+    pub(in crate::protection) latency: T,
 }
-integrity!(MotionLimits<T>: drift, ratio_drift, travel, ratio, late);
+integrity!(MotionLimits<T>: drift, ratio_drift, travel, ratio, latency);
 
 /// The state of velocity and displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct Motion<T> {
+pub(crate) struct MotionComparison<T> {
     /// The last velocity (m/s) and displacement (m).
     pub(super) last_velocity: T,
     pub(super) last_displacement: T,
@@ -79,31 +79,31 @@ pub(crate) struct Motion<T> {
     pub(super) velocity: T,
     pub(super) displacement: T,
     /// Velocity, its difference from the displacement's (m/s), and the flow's residual (m³/s), with a further low-pass.
-    pub(super) fine_velocity: T,
-    pub(super) fine_off: T,
-    pub(super) fine_residual: T,
+    pub(super) ratio_velocity: T,
+    pub(super) ratio_difference: T,
+    pub(super) ratio_residual: T,
     /// Envelope (m/s) of the larger velocity.
-    pub(super) fastest: T,
+    pub(super) speed_envelope: T,
     /// Sums (m) of travel and ratio, and the velocities at which they began.
-    pub(super) travel: Sum<T>,
-    pub(super) ratio: Sum<T>,
-    pub(super) travel_began: Began<T>,
-    pub(super) ratio_began: Began<T>,
+    pub(super) travel: Cusum<T>,
+    pub(super) ratio: Cusum<T>,
+    pub(super) travel_start: CusumStart<T>,
+    pub(super) ratio_start: CusumStart<T>,
     /// Average (m⁴/s²) of the squared flow residual with the velocity minus that with the displacement, over twice the
     /// piston area.
-    pub(super) worse: T,
+    pub(super) misfit: T,
     /// The same average of the square of the faster one of velocity and displacement (m²/s²).
-    pub(super) swept: T,
+    pub(super) mean_square_speed: T,
     /// Evidence about the motion since the sum of the travel began.
     pub(super) evidence: Evidence<T>,
     /// Whether this sample follows the last displacement.
-    pub(super) goes_on: bool,
+    pub(super) is_continuous: bool,
 }
-integrity!(Motion<T>: last_velocity, last_displacement, velocity, displacement, fine_velocity, fine_off, fine_residual, fastest, travel, ratio, travel_began, ratio_began, worse, swept, evidence, goes_on);
+integrity!(MotionComparison<T>: last_velocity, last_displacement, velocity, displacement, ratio_velocity, ratio_difference, ratio_residual, speed_envelope, travel, ratio, travel_start, ratio_start, misfit, mean_square_speed, evidence, is_continuous);
 
 /// The limits of the spool and its command.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct StrokeLimits<T> {
+pub(crate) struct SpoolLimits<T> {
     /// Coefficient (1) of the valve model's two lags.
     pub(in crate::protection) lag: T,
     /// Differences (1) by noise and offsets, and by noise in a motion against the command.
@@ -113,34 +113,34 @@ pub(crate) struct StrokeLimits<T> {
     pub(in crate::protection) difference: T,
     pub(in crate::protection) against: T,
 }
-integrity!(StrokeLimits<T>: lag, drift, against_drift, difference, against);
+integrity!(SpoolLimits<T>: lag, drift, against_drift, difference, against);
 
 /// The state of the spool and its command: openings (1).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct Stroke<T> {
+pub(crate) struct SpoolComparison<T> {
     /// The valve model's opening after its first lag and after both.
     pub(super) first: T,
     pub(super) opening: T,
     /// Low-passed: the valve model's opening and the spool's, and their means.
-    pub(super) asked: T,
-    pub(super) reached: T,
-    pub(super) asked_mean: T,
-    pub(super) reached_mean: T,
+    pub(super) commanded: T,
+    pub(super) measured: T,
+    pub(super) commanded_mean: T,
+    pub(super) measured_mean: T,
     /// Envelope of the larger opening.
-    pub(super) widest: T,
+    pub(super) opening_envelope: T,
     /// Sums (s) of the difference, and of a motion against the command.
-    pub(super) difference: Sum<T>,
-    pub(super) against: Sum<T>,
+    pub(super) difference: Cusum<T>,
+    pub(super) against: Cusum<T>,
 }
-integrity!(Stroke<T>: first, opening, asked, reached, asked_mean, reached_mean, widest, difference, against);
+integrity!(SpoolComparison<T>: first, opening, commanded, measured, commanded_mean, measured_mean, opening_envelope, difference, against);
 
-impl<T: Real> Stroke<T> {
+impl<T: Real> SpoolComparison<T> {
     /// The state of a spool at rest at an opening (1).
     pub(super) fn at(opening: T) -> Self {
-        let [first, asked, reached, asked_mean, reached_mean] = [opening; 5];
-        Self { first, opening, asked, reached, asked_mean, reached_mean, ..Self::default() }
+        let [first, commanded, measured, commanded_mean, measured_mean] = [opening; 5];
+        Self { first, opening, commanded, measured, commanded_mean, measured_mean, ..Self::default() }
     }
 }
 
@@ -148,35 +148,35 @@ impl<T: Real> Stroke<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Following<T> {
     /// Coefficient (1) of the low-pass of the velocity by the flow balance.
-    pub(in crate::protection) moved: T,
+    pub(in crate::protection) flow_velocity_gain: T,
     /// Share (1) of the step between two sources of the velocity that remains after a sample.
     pub(in crate::protection) fade: T,
     /// The brake's largest force (N), and the reciprocal of the velocity (s/m) from which on it has this force.
     pub(in crate::protection) brake: T,
-    pub(in crate::protection) per_braked: T,
+    pub(in crate::protection) per_brake_velocity: T,
 }
-integrity!(Following<T>: moved, fade, brake, per_braked);
+integrity!(Following<T>: flow_velocity_gain, fade, brake, per_brake_velocity);
 
 /// The followed motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct Followed<T> {
+pub(crate) struct FollowedMotion<T> {
     /// The last velocity (m/s), and the remaining step from the previous source (m/s).
     pub(super) velocity: T,
     pub(super) step: T,
     /// The low-passed velocity (m/s) of the brake.
-    pub(super) braked: T,
+    pub(super) brake_velocity: T,
     /// The velocity's source.
     pub(super) source: u32,
 }
-integrity!(Followed<T>: velocity, step, braked, source);
+integrity!(FollowedMotion<T>: velocity, step, brake_velocity, source);
 
 /// The velocity by the flow balance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct ByFlow<T> {
+pub(crate) struct FlowVelocity<T> {
     /// The low-passed velocities (m/s) by the flows of valve and oil.
     pub(super) valve: T,
     pub(super) oil: T,
@@ -184,4 +184,4 @@ pub(crate) struct ByFlow<T> {
     pub(super) force: T,
     pub(super) has_force: bool,
 }
-integrity!(ByFlow<T>: valve, oil, force, has_force);
+integrity!(FlowVelocity<T>: valve, oil, force, has_force);

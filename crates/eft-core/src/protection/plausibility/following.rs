@@ -3,8 +3,8 @@
 use crate::learning::ModelFlow;
 use crate::number::Real;
 use crate::protection::plausibility::comparisons::Following;
-use crate::protection::plausibility::sums::follow;
-use crate::protection::plausibility::{Known, Plausibility, PlausibilityState};
+use crate::protection::plausibility::sums::low_pass;
+use crate::protection::plausibility::{ControllerValues, Plausibility, PlausibilityState};
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// Adds a tick's displacement (m) and velocity (m/s) to the derivative, and to the low-passes that delay as it does.
@@ -19,16 +19,16 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             state.velocity = self.derivative.step(&mut state.derivative, displacement);
         }
         if velocity.is_finite() {
-            let [first, second] = &mut state.smooth;
-            let once = follow(first, self.low, velocity);
-            follow(second, self.low, once);
+            let [first, second] = &mut state.filtered_velocity;
+            let once = low_pass(first, self.residual_gain, velocity);
+            low_pass(second, self.residual_gain, once);
         }
     }
 
     /// The velocity (m/s) to follow. After a change of its source the step between the two fades in the valve's delay,
     /// because the lead network would respond to the step with a peak of the valve command.
     #[inline(always)]
-    pub(crate) fn bridge(&self, state: &mut PlausibilityState<T>, velocity: T, source: u32) -> T {
+    pub(crate) fn fade_source(&self, state: &mut PlausibilityState<T>, velocity: T, source: u32) -> T {
         let followed = &mut state.followed;
         if !velocity.is_finite() {
             return velocity;
@@ -44,14 +44,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// The velocity (m/s) to follow if that of the sensor may be wrong. It is the displacement's derivative, with what the
     /// derivative's low-passes remove: the sensor's share above their corner, in the direction in which the two agree.
     #[inline(always)]
-    pub(crate) fn agreed(&self, state: &PlausibilityState<T>, velocity: T) -> T {
-        let ([_, smooth], slow, one) = (state.smooth, state.velocity, T::splat(1.0));
+    pub(crate) fn agreed_velocity(&self, state: &PlausibilityState<T>, velocity: T) -> T {
+        let ([_, filtered_velocity], slow, one) = (state.filtered_velocity, state.velocity, T::splat(1.0));
         let [_, _, distrusted, _] = state.distrusted;
         if distrusted | !velocity.is_finite() {
             return slow;
         }
         let direction = |velocity: T| (self.per_reversal * velocity).limit(-one, one);
-        slow + direction(slow) * direction(smooth) * (velocity - smooth)
+        slow + direction(slow) * direction(filtered_velocity) * (velocity - filtered_velocity)
     }
 
     /// The force (N) of the brake at a share (1) of it, in the direction of the velocity. It acts against the motion, as
@@ -59,37 +59,41 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     #[inline(always)]
     pub(crate) fn brake(&self, state: &mut PlausibilityState<T>, velocity: T, share: T) -> T {
         if velocity.is_finite() {
-            follow(&mut state.followed.braked, self.fine, velocity);
+            low_pass(&mut state.followed.brake_velocity, self.ratio_gain, velocity);
         }
-        let Following { brake: force, per_braked, .. } = self.following;
+        let Following { brake: force, per_brake_velocity, .. } = self.following;
         let one = T::splat(1.0);
-        share * force * (per_braked * state.followed.braked).limit(-one, one)
+        share * force * (per_brake_velocity * state.followed.brake_velocity).limit(-one, one)
     }
 
     /// Whether the piston has hardly moved of late, so that there is no motion to follow.
     #[inline(always)]
-    pub(crate) fn rests(&self, state: &PlausibilityState<T>) -> bool {
-        self.per_reversal * state.motion.fastest < T::splat(1.0)
+    pub(crate) fn is_at_rest(&self, state: &PlausibilityState<T>) -> bool {
+        self.per_reversal * state.motion.speed_envelope < T::splat(1.0)
     }
 
     /// Adds a tick to the velocity by the flow balance. The oil's flow belongs to it: without it the piston would seem to
     /// follow the valve, and the compensation would follow itself.
     #[inline(always)]
-    pub(super) fn move_by_flow(
+    pub(super) fn update_flow_velocity(
         &self,
         state: &mut PlausibilityState<T>,
         [force, spool]: [T; 2],
         flow: &ModelFlow<T>,
-        known: &Known<T>,
+        controller: &ControllerValues<T>,
     ) {
         // The force before the first sample is unknown.
-        let before = if state.by_flow.has_force { state.by_flow.force } else { force };
+        let before = if state.flow_velocity.has_force { state.flow_velocity.force } else { force };
         let oil = self.oil * self.rate * (force - before);
-        let missing = state.missing.at(spool - self.null_bias);
-        let passed = known.flow_gain * (flow.root * (flow.at_no_load + flow.slope * missing));
-        let by_flow = &mut state.by_flow;
-        follow(&mut by_flow.valve, self.following.moved, (passed - self.leakage * force) / self.area);
-        follow(&mut by_flow.oil, self.following.moved, oil / self.area);
-        (by_flow.force, by_flow.has_force) = (force, true);
+        let opening_offset = state.opening_offset.at(spool - self.null_bias);
+        let valve_flow = controller.flow_gain * (flow.root * (flow.at_no_load + flow.slope * opening_offset));
+        let flow_velocity = &mut state.flow_velocity;
+        low_pass(
+            &mut flow_velocity.valve,
+            self.following.flow_velocity_gain,
+            (valve_flow - self.leakage * force) / self.area,
+        );
+        low_pass(&mut flow_velocity.oil, self.following.flow_velocity_gain, oil / self.area);
+        (flow_velocity.force, flow_velocity.has_force) = (force, true);
     }
 }

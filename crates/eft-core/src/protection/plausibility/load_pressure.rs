@@ -4,7 +4,7 @@
 use crate::integrity::integrity;
 use crate::number::Real;
 use crate::protection::gate::{SensorGate, Signal};
-use crate::protection::plausibility::sums::Sum;
+use crate::protection::plausibility::sums::Cusum;
 
 /// Share of the pressure's force by which the two may differ.
 pub(in crate::protection) const GAIN: f64 = 0.03;
@@ -19,11 +19,11 @@ pub(crate) struct LoadPressureWatch<T> {
     pub(in crate::protection) still: T,
     /// Allowed difference (N), and further samples (1) of the pressure's change for a delay between the sensors.
     pub(in crate::protection) tolerance: T,
-    pub(in crate::protection) late: T,
+    pub(in crate::protection) latency: T,
     /// Limit of the sum (N·s).
     pub(in crate::protection) limit: T,
 }
-integrity!(LoadPressureWatch<T>: area, jump, still, tolerance, late, limit);
+integrity!(LoadPressureWatch<T>: area, jump, still, tolerance, latency, limit);
 
 /// The comparison's state. `default()` is that before the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -31,7 +31,7 @@ integrity!(LoadPressureWatch<T>: area, jump, still, tolerance, late, limit);
 #[repr(C)]
 pub(crate) struct LoadPressureState<T> {
     signal: Signal<T>,
-    sum: Sum<T>,
+    sum: Cusum<T>,
     /// Whether the pressure itself has failed. It is ignored from then on.
     pub(super) failed: bool,
 }
@@ -39,7 +39,7 @@ integrity!(LoadPressureState<T>: signal, sum, failed);
 
 impl<T: Real> LoadPressureState<T> {
     /// The state before the first sample of a sensor that may have failed.
-    pub(super) fn begun_anew(&self) -> Self {
+    pub(super) fn restarted(&self) -> Self {
         Self { failed: self.failed, ..Self::default() }
     }
 }
@@ -56,12 +56,12 @@ impl<T: Real> LoadPressureWatch<T> {
         period: T,
         [force, pressure]: [T; 2],
     ) -> bool {
-        let pressure = gate.pass(&mut state.signal, self.jump, self.still, pressure);
-        let off = force - self.area * pressure;
-        if off.is_finite() {
-            let change = state.signal.slope() * self.late;
+        let pressure = gate.accept(&mut state.signal, self.jump, self.still, pressure);
+        let difference = force - self.area * pressure;
+        if difference.is_finite() {
+            let change = state.signal.slope() * self.latency;
             let allowed = self.area * (T::splat(GAIN) * pressure.abs() + change.abs());
-            state.sum.add(period * off, period * (self.tolerance + allowed), self.limit);
+            state.sum.add(period * difference, period * (self.tolerance + allowed), self.limit);
         }
         let beyond = state.sum.is_beyond(self.limit, T::splat(1.0));
         // The next readings show whether the pressure itself has failed, which is not a fault of the force.
@@ -78,18 +78,18 @@ mod tests {
     const AREA: f64 = 8.0e-3;
     const PERIOD: f64 = 1.0 / 4096.0;
     const WATCH: LoadPressureWatch<f64> =
-        LoadPressureWatch { area: AREA, jump: 3.0e5, still: 1.0, tolerance: 500.0, late: 2.0, limit: 0.5 };
+        LoadPressureWatch { area: AREA, jump: 3.0e5, still: 1.0, tolerance: 500.0, latency: 2.0, limit: 0.5 };
     const GATE: SensorGate<f64> = SensorGate {
-        jump: [0.0; 4],
-        near: 0.0,
-        bend: 0.0,
-        friction: 0.0,
-        reversing: 0.0,
-        still: [0.0; 4],
-        forgetting: 1e-2,
-        chance: 1e-10,
-        share: 0.1,
-        returns: 6,
+        tolerance: [0.0; 4],
+        displacement_tolerance: 0.0,
+        tolerance_growth: 0.0,
+        friction_jump: 0.0,
+        reversal_velocity: 0.0,
+        still_change: [0.0; 4],
+        liveliness_gain: 1e-2,
+        still_probability: 1e-10,
+        slope_gain: 0.1,
+        confirmations: 6,
     };
 
     /// A force of 6 kN at 1.5 Hz.
@@ -148,13 +148,13 @@ mod tests {
     #[test]
     fn a_difference_counts_beyond_the_tolerance_a_share_and_the_change_in_a_delay() {
         let watch = LoadPressureWatch { limit: 90.0, ..WATCH };
-        let gate = SensorGate { share: 1.0, ..GATE };
+        let gate = SensorGate { slope_gain: 1.0, ..GATE };
         for (first, change, force) in
             [(2.0e5, 1.0e4, 9.0e3), (-2.0e5, -1.0e4, 9.0e3), (2.0e5, -1.0e4, -7.0e3)]
         {
             let mut state = LoadPressureState::default();
             for n in 0..3_u8 {
-                state.sum = Sum { above: 9.0, below: 9.0 };
+                state.sum = Cusum { above: 9.0, below: 9.0 };
                 let pressure = first + change * f64::from(n);
                 watch.contradicts(&mut state, &gate, (10, 12), PERIOD, [force, pressure]);
             }

@@ -13,13 +13,13 @@ use crate::number::Real;
 /// Share of the oil's flow that a stiffness from 0.63 to 1.5 times the configured one leaves, and the share that counts if
 /// the force is far from its command: 0.8 to 1.33 times.
 const OIL: f64 = 0.6;
-const OIL_ASTRAY: f64 = 0.25;
+const OIL_FAR: f64 = 0.25;
 /// Least share of the offset that counts if the force is far from its command.
-const SURE: f64 = 0.2;
+const LEAST_OFFSET_SHARE: f64 = 0.2;
 /// Share of the limit that is enough after a trip.
-const TRIPPED: f64 = 0.5;
+const TRIPPED_LIMIT_SHARE: f64 = 0.5;
 /// Largest sum in units of the limit.
-const MOST: f64 = 1000.0;
+const LARGEST_SUM: f64 = 1000.0;
 
 /// The limits of the sums.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +35,7 @@ integrity!(ReversalWatch<T>: slow, drift, limit);
 
 /// What has the wrong sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wrong {
+pub(super) enum WrongSign {
     Motion,
     Force,
 }
@@ -44,20 +44,20 @@ pub(super) enum Wrong {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct Reversal<T> {
+pub(crate) struct SignSums<T> {
     pub(super) motion: T,
     pub(super) force: T,
 }
-integrity!(Reversal<T>: motion, force);
+integrity!(SignSums<T>: motion, force);
 
-impl<T: Real> Reversal<T> {
+impl<T: Real> SignSums<T> {
     /// The one whose wrong sign explains more.
     #[inline(always)]
-    pub(super) fn larger(&self) -> Option<Wrong> {
+    pub(super) fn larger(&self) -> Option<WrongSign> {
         if self.motion > self.force {
-            Some(Wrong::Motion)
+            Some(WrongSign::Motion)
         } else if self.force > self.motion {
-            Some(Wrong::Force)
+            Some(WrongSign::Force)
         } else {
             None
         }
@@ -71,29 +71,30 @@ impl<T: Real> ReversalWatch<T> {
     #[inline(always)]
     pub(super) fn add(
         &self,
-        sums: &mut Reversal<T>,
+        sums: &mut SignSums<T>,
         period: T,
         [velocity, valve, oil]: [T; 3],
-        unknown: T,
-        [astray, tripped]: [bool; 2],
-    ) -> Option<Wrong> {
-        let by_flow = valve - oil;
-        let size = by_flow.abs();
+        prior_weight: T,
+        [far_from_command, tripped]: [bool; 2],
+    ) -> Option<WrongSign> {
+        let flow_velocity = valve - oil;
+        let size = flow_velocity.abs();
         let per_flow = T::splat(1.0) / if size > self.slow { size } else { self.slow };
-        let least = T::splat(SURE);
-        let left = if unknown > least { unknown } else { least };
-        let (share, left) = if astray | tripped { (OIL_ASTRAY, left) } else { (OIL, T::splat(1.0)) };
-        let drift = left * left * self.drift;
-        let tolerance = T::splat(share) * (oil * velocity).abs() * per_flow + drift;
+        let least = T::splat(LEAST_OFFSET_SHARE);
+        let offset = if prior_weight > least { prior_weight } else { least };
+        let (oil_share, offset) =
+            if far_from_command | tripped { (OIL_FAR, offset) } else { (OIL, T::splat(1.0)) };
+        let drift = offset * offset * self.drift;
+        let tolerance = T::splat(oil_share) * (oil * velocity).abs() * per_flow + drift;
         let add = |sum: &mut T, product: T| {
             let gain = product * per_flow - tolerance;
-            *sum = (*sum + period * gain).limit(T::splat(0.0), T::splat(MOST) * self.limit);
+            *sum = (*sum + period * gain).limit(T::splat(0.0), T::splat(LARGEST_SUM) * self.limit);
             *sum
         };
-        let of_motion = add(&mut sums.motion, -(velocity * by_flow));
-        let of_force = add(&mut sums.force, oil * (velocity - valve));
-        let limit = T::splat(if tripped { TRIPPED } else { 1.0 }) * self.limit;
-        if of_motion > limit || of_force > limit { sums.larger() } else { None }
+        let motion = add(&mut sums.motion, -(velocity * flow_velocity));
+        let force = add(&mut sums.force, oil * (velocity - valve));
+        let limit = T::splat(if tripped { TRIPPED_LIMIT_SHARE } else { 1.0 }) * self.limit;
+        if motion > limit || force > limit { sums.larger() } else { None }
     }
 }
 

@@ -4,10 +4,12 @@ use crate::cause::Cause;
 use crate::integrity::integrity;
 use crate::number::Real;
 use crate::protection::gate::Signal;
-use crate::protection::plausibility::comparisons::{Balance, ByFlow, Followed, Motion, Stroke};
+use crate::protection::plausibility::comparisons::{
+    FlowBalance, FlowVelocity, FollowedMotion, MotionComparison, SpoolComparison,
+};
 use crate::protection::plausibility::load_pressure::LoadPressureState;
-use crate::protection::plausibility::null::MissingOpening;
-use crate::protection::plausibility::reversal::Reversal;
+use crate::protection::plausibility::opening_offset::OpeningOffset;
+use crate::protection::plausibility::reversal::SignSums;
 use crate::velocity::FilteredDerivativeState;
 
 /// The state of a watch. `default()` is a rig at rest without a known null bias.
@@ -18,27 +20,27 @@ pub(crate) struct PlausibilityState<T> {
     pub(super) signals: [Signal<T>; 4],
     pub(super) distrusted: [bool; 4],
     /// Set when the force is blamed for a flow balance that contains the velocity as well, or for a jump.
-    pub(super) by_balance: bool,
+    pub(super) blamed_by_balance: bool,
     /// Whether there has been a displacement.
     pub(super) has_displacement: bool,
     /// Command (N) and displacement (m) when force and velocity last changed.
-    pub(super) marks: [T; 2],
+    pub(super) last_changes: [T; 2],
     /// The velocity (m/s) from the displacement.
     pub(super) derivative: FilteredDerivativeState<T>,
     pub(super) velocity: T,
     /// The sensor's velocity (m/s) after the same low-passes.
-    pub(super) smooth: [T; 2],
-    pub(super) balance: Balance<T>,
-    pub(super) motion: Motion<T>,
-    pub(super) stroke: Stroke<T>,
-    pub(super) followed: Followed<T>,
-    pub(super) by_flow: ByFlow<T>,
-    pub(super) reversal: Reversal<T>,
+    pub(super) filtered_velocity: [T; 2],
+    pub(super) balance: FlowBalance<T>,
+    pub(super) motion: MotionComparison<T>,
+    pub(super) stroke: SpoolComparison<T>,
+    pub(super) followed: FollowedMotion<T>,
+    pub(super) flow_velocity: FlowVelocity<T>,
+    pub(super) reversal: SignSums<T>,
     pub(super) load_pressure: LoadPressureState<T>,
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening.
-    pub(super) missing: MissingOpening<T>,
+    pub(super) opening_offset: OpeningOffset<T>,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, by_balance, has_displacement, marks, derivative, velocity, smooth, balance, motion, stroke, followed, by_flow, reversal, load_pressure, missing);
+integrity!(PlausibilityState<T>: signals, distrusted, blamed_by_balance, has_displacement, last_changes, derivative, velocity, filtered_velocity, balance, motion, stroke, followed, flow_velocity, reversal, load_pressure, opening_offset);
 
 impl<T: Real> PlausibilityState<T> {
     /// Distrusts a sensor from now on.
@@ -55,16 +57,24 @@ impl<T: Real> PlausibilityState<T> {
     }
 
     /// The state before the first sample, with what is known of sensors and valve. The spool is at the known null (1).
-    pub(crate) fn begun_anew(&self, null_bias: T) -> Self {
-        let Self { distrusted, by_balance, missing, followed, .. } = *self;
-        let (load_pressure, stroke) = (self.load_pressure.begun_anew(), Stroke::at(null_bias));
-        Self { distrusted, by_balance, missing, followed, load_pressure, stroke, ..Self::default() }
+    pub(crate) fn restarted(&self, null_bias: T) -> Self {
+        let Self { distrusted, blamed_by_balance, opening_offset, followed, .. } = *self;
+        let (load_pressure, stroke) = (self.load_pressure.restarted(), SpoolComparison::at(null_bias));
+        Self {
+            distrusted,
+            blamed_by_balance,
+            opening_offset,
+            followed,
+            load_pressure,
+            stroke,
+            ..Self::default()
+        }
     }
 
     /// The last accepted readings of force, displacement, velocity and spool; NaN before the first one.
     #[inline(always)]
     pub(crate) fn accepted(&self) -> [T; 4] {
-        let last = |signal: &Signal<T>| if signal.seen { signal.last } else { T::splat(f64::NAN) };
+        let last = |signal: &Signal<T>| if signal.has_reading { signal.last } else { T::splat(f64::NAN) };
         let [force, displacement, velocity, spool] = &self.signals;
         [last(force), last(displacement), last(velocity), last(spool)]
     }
@@ -78,8 +88,8 @@ impl<T: Real> PlausibilityState<T> {
 
     /// Whether the force is blamed for a flow balance that contains the velocity as well, or for a jump.
     #[inline(always)]
-    pub(crate) fn is_by_balance(&self) -> bool {
-        self.by_balance
+    pub(crate) fn blames_balance(&self) -> bool {
+        self.blamed_by_balance
     }
 
     /// Whether the flow agrees better with the displacement than with the velocity.
@@ -97,7 +107,7 @@ impl<T: Real> PlausibilityState<T> {
     /// The null bias (1) beyond the known one.
     #[inline(always)]
     pub(crate) fn null_bias(&self) -> T {
-        self.missing.null_bias()
+        self.opening_offset.null_bias()
     }
 
     /// The velocity (m/s) from the displacement.
@@ -109,7 +119,7 @@ impl<T: Real> PlausibilityState<T> {
     /// The velocity (m/s) by the flow balance.
     #[inline(always)]
     pub(crate) fn velocity_by_flow(&self) -> T {
-        self.by_flow.valve - self.by_flow.oil
+        self.flow_velocity.valve - self.flow_velocity.oil
     }
 
     /// The spool opening (1) from the valve command.

@@ -7,13 +7,13 @@ use crate::number::Real;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct Sum<T> {
+pub(crate) struct Cusum<T> {
     pub(super) above: T,
     pub(super) below: T,
 }
-integrity!(Sum<T>: above, below);
+integrity!(Cusum<T>: above, below);
 
-impl<T: Real> Sum<T> {
+impl<T: Real> Cusum<T> {
     #[inline(always)]
     pub(super) fn add(&mut self, residual: T, tolerance: T, limit: T) {
         let zero = T::splat(0.0);
@@ -33,18 +33,18 @@ impl<T: Real> Sum<T> {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct Began<T> {
+pub(crate) struct CusumStart<T> {
     pub(super) above: T,
     pub(super) below: T,
 }
-integrity!(Began<T>: above, below);
+integrity!(CusumStart<T>: above, below);
 
-impl<T: Real> Began<T> {
+impl<T: Real> CusumStart<T> {
     /// Adds to a sum whose residual contains a delay (s) between two velocities, of which one is `now` (m/s).
     #[inline(always)]
     pub(super) fn add(
         &mut self,
-        sum: &mut Sum<T>,
+        sum: &mut Cusum<T>,
         [residual, tolerance, limit]: [T; 3],
         [delay, now]: [T; 2],
     ) {
@@ -60,7 +60,7 @@ impl<T: Real> Began<T> {
 
     /// Whether either side is beyond a share of the sum's limit and what a delay may have added.
     #[inline(always)]
-    pub(super) fn is_beyond(&self, sum: &Sum<T>, limit: T, share: T, [delay, now]: [T; 2]) -> bool {
+    pub(super) fn is_beyond(&self, sum: &Cusum<T>, limit: T, share: T, [delay, now]: [T; 2]) -> bool {
         let [above, below] = self.allowed(delay, now);
         larger(sum.above - above, sum.below - below) > share * limit
     }
@@ -68,7 +68,7 @@ impl<T: Real> Began<T> {
     /// What a delay (s) of either sign may have added to the two sides of the sum.
     #[inline(always)]
     fn allowed(&self, delay: T, now: T) -> [T; 2] {
-        [self.above, self.below].map(|began| delay * (now - began).abs())
+        [self.above, self.below].map(|start| delay * (now - start).abs())
     }
 }
 
@@ -79,48 +79,48 @@ impl<T: Real> Began<T> {
 #[repr(C)]
 pub(crate) struct Evidence<T> {
     /// Difference of the velocities (m/s) and residual of the flow (m³/s) at the beginning.
-    off: T,
+    difference: T,
     residual: T,
-    /// As the average of the motion's `worse`, but the sum (m⁴/s²) of all samples.
-    pub(super) worse: T,
+    /// As the average of the motion's `misfit`, but the sum (m⁴/s²) of all samples.
+    pub(super) misfit: T,
 }
-integrity!(Evidence<T>: off, residual, worse);
+integrity!(Evidence<T>: difference, residual, misfit);
 
 impl<T: Real> Evidence<T> {
     /// Adds a sample, or begins anew while there is no difference.
     #[inline(always)]
-    pub(super) fn add(&mut self, differs: bool, off: T, residual: T, area: T) {
+    pub(super) fn add(&mut self, differs: bool, difference: T, residual: T, area: T) {
         if differs {
-            let (off, residual) = (off - self.off, residual - self.residual);
-            self.worse = self.worse + off * (residual - T::splat(0.5) * (area * off));
+            let (difference, residual) = (difference - self.difference, residual - self.residual);
+            self.misfit = self.misfit + difference * (residual - T::splat(0.5) * (area * difference));
         } else {
-            *self = Self { off, residual, worse: T::splat(0.0) };
+            *self = Self { difference, residual, misfit: T::splat(0.0) };
         }
     }
 
     /// Whether the residual is that of a wrong displacement.
     #[inline(always)]
     pub(super) fn is_of_displacement(&self) -> bool {
-        self.worse <= T::splat(0.0)
+        self.misfit <= T::splat(0.0)
     }
 }
 
 #[inline(always)]
-pub(super) fn follow<T: Real>(state: &mut T, share: T, value: T) -> T {
+pub(super) fn low_pass<T: Real>(state: &mut T, share: T, value: T) -> T {
     *state = *state + share * (value - *state);
     *state
 }
 
 /// Two first-order high-passes in series.
 #[inline(always)]
-pub(super) fn rest<T: Real>([first, second]: &mut [T; 2], share: T, value: T) -> T {
-    let once = value - follow(first, share, value);
-    once - follow(second, share, once)
+pub(super) fn high_pass<T: Real>([first, second]: &mut [T; 2], share: T, value: T) -> T {
+    let once = value - low_pass(first, share, value);
+    once - low_pass(second, share, once)
 }
 
 #[inline(always)]
-pub(super) fn envelope<T: Real>(state: &mut T, decay: T, value: T) -> T {
-    let (size, held) = (value.abs(), decay * *state);
+pub(super) fn envelope<T: Real>(state: &mut T, envelope_decay: T, value: T) -> T {
+    let (size, held) = (value.abs(), envelope_decay * *state);
     *state = if size > held { size } else { held };
     *state
 }
@@ -133,7 +133,7 @@ pub(super) fn larger<T: Real>(a: T, b: T) -> T {
 
 /// The opposition of two signals: the smaller of their sizes, negative if they have the same sign.
 #[inline(always)]
-pub(super) fn opposed<T: Real>(a: T, b: T) -> T {
+pub(super) fn opposition<T: Real>(a: T, b: T) -> T {
     let (first, second) = (a.abs(), b.abs());
     let size = if first < second { first } else { second };
     if a * b < T::splat(0.0) { size } else { -size }
@@ -157,8 +157,8 @@ mod tests {
                     // The low-passes let the difference grow.
                     let share = 0.02 * f64::from(n);
                     let stopped = if displacement_stops { speed } else { 0.0 };
-                    let off = 0.001 + share * (velocity_error + stopped);
-                    evidence.add(true, off, before + share * area * velocity_error, area);
+                    let difference = 0.001 + share * (velocity_error + stopped);
+                    evidence.add(true, difference, before + share * area * velocity_error, area);
                     assert_eq!(evidence.is_of_displacement(), of_displacement, "{n} {before}");
                 }
             }

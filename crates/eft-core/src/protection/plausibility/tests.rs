@@ -6,13 +6,13 @@ mod equations;
 mod growth;
 mod judgement;
 mod motion;
-mod null;
+mod opening_offset;
 
 use super::*;
 use crate::parameters::Parameters;
 use crate::parameters::{Levels, PlausibilityParameters, ProtectionParameters};
-use crate::protection::plausibility::comparisons::Balance;
-use crate::protection::plausibility::sums::Sum;
+use crate::protection::plausibility::comparisons::FlowBalance;
+use crate::protection::plausibility::sums::Cusum;
 use crate::table::FlowTable;
 
 /// The sums, in their order.
@@ -24,14 +24,30 @@ pub(super) const TURNED: usize = 4;
 pub(super) const RATIO: usize = 5;
 pub(super) const AGAINST: usize = 6;
 
-pub(super) fn sums(state: &mut PlausibilityState<f64>) -> [&mut Sum<f64>; 7] {
-    let PlausibilityState { balance: Balance { slow, fast, turned, .. }, motion, stroke, .. } = state;
-    [slow, fast, &mut motion.travel, &mut stroke.difference, turned, &mut motion.ratio, &mut stroke.against]
+pub(super) fn sums(state: &mut PlausibilityState<f64>) -> [&mut Cusum<f64>; 7] {
+    let PlausibilityState { balance: FlowBalance { slow, fast, wrong_sign, .. }, motion, stroke, .. } = state;
+    [
+        slow,
+        fast,
+        &mut motion.travel,
+        &mut stroke.difference,
+        wrong_sign,
+        &mut motion.ratio,
+        &mut stroke.against,
+    ]
 }
 
 pub(super) fn limits(watch: &mut Plausibility<f64, 21>) -> [&mut f64; 7] {
-    let Plausibility { balance: BalanceLimits { slow, fast, turned, .. }, motion, stroke, .. } = watch;
-    [slow, fast, &mut motion.travel, &mut stroke.difference, turned, &mut motion.ratio, &mut stroke.against]
+    let Plausibility { balance: FlowLimits { slow, fast, wrong_sign, .. }, motion, stroke, .. } = watch;
+    [
+        slow,
+        fast,
+        &mut motion.travel,
+        &mut stroke.difference,
+        wrong_sign,
+        &mut motion.ratio,
+        &mut stroke.against,
+    ]
 }
 
 const RIG: Parameters = Parameters::ZHAO2005;
@@ -52,12 +68,12 @@ fn watch_of(velocity: f64, noise: &PlausibilityParameters) -> Plausibility<f64, 
         ..ProtectionParameters::DEFAULT
     };
     let mut place = None;
-    Plausibility::<f64, 21>::put(&mut place, &RIG, &protection, noise).unwrap();
+    Plausibility::<f64, 21>::make_in(&mut place, &RIG, &protection, noise).unwrap();
     place.unwrap()
 }
 
 /// The nominal calibration and supply, without a known valve command.
-pub(super) const KNOWN: Known<f64> = Known {
+pub(super) const CONTROLLER: ControllerValues<f64> = ControllerValues {
     command: 0.0,
     valve_command: f64::NAN,
     flow_gain: 1.0,
@@ -81,13 +97,13 @@ fn named_by(
     readings: impl Fn(f64) -> Readings,
 ) -> Option<(f64, Cause)> {
     let mut state = PlausibilityState::default();
-    let known = KNOWN;
+    let controller = CONTROLLER;
     (0..(seconds * RIG.sample_rate) as u32).find_map(|n| {
         let time = f64::from(n) * STEP;
         let [force, displacement, velocity, spool] = readings(time);
         let input = Input { command: 0.0, force, displacement, velocity, spool, ..Input::default() };
         let input = watch.gate(&mut state, &input);
-        match watch.judge(&mut state, &input, input.velocity, &known) {
+        match watch.judge(&mut state, &input, input.velocity, &controller) {
             Cause::None => None,
             cause => Some((time, cause)),
         }
@@ -132,14 +148,19 @@ fn velocity_and_displacement_may_differ_by_four_hundredths_and_not_by_a_tenth() 
 
 /// The fastest motion of the paper's piston with a velocity that is late (s), and that reads this share more than the
 /// displacement from 1.1 s on.
-fn late_swing(frequency: f64, speed: f64, late: f64, excess: f64) -> Option<(f64, Cause)> {
+fn late_swing(frequency: f64, speed: f64, latency: f64, excess: f64) -> Option<(f64, Cause)> {
     let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
     let rate = core::f64::consts::TAU * frequency;
     let velocity = |time: f64| speed * libm::sin(rate * time.max(0.0));
     named(3.0, |time| {
         let displacement = speed / rate * (1.0 - libm::cos(rate * time));
         let factor = if time > 1.1 { 1.0 + excess } else { 1.0 };
-        [0.0, displacement, factor * velocity(time - late), table.opening(RIG.piston_area * velocity(time))]
+        [
+            0.0,
+            displacement,
+            factor * velocity(time - latency),
+            table.opening(RIG.piston_area * velocity(time)),
+        ]
     })
 }
 
@@ -163,13 +184,13 @@ fn walk(drift: impl Fn(f64) -> f64) -> f64 {
         })
     };
     let (rate, mut state, mut largest) = (core::f64::consts::TAU * 9.0, PlausibilityState::default(), 0.0);
-    let known = KNOWN;
+    let controller = CONTROLLER;
     for time in (0..409_600).map(|n| f64::from(n) * STEP) {
         let displacement = -2e-3 / rate * libm::cos(rate * time) + noise.displacement_noise * deviation();
         let velocity = 1.036 * 2e-3 * libm::sin(rate * time) + noise.velocity_noise * deviation();
         let input = Input { force: 0.0, displacement, velocity, spool: 0.0, ..Input::default() };
-        watch.sum_up(&mut state, &input, velocity, &watch.valve_flow(&input, &known), &known);
-        let Sum { above, below } = state.motion.ratio;
+        watch.compare(&mut state, &input, velocity, &watch.valve_flow(&input, &controller), &controller);
+        let Cusum { above, below } = state.motion.ratio;
         largest = f64::max(largest, f64::max(above, below) / watch.motion.ratio);
     }
     largest
@@ -188,11 +209,11 @@ fn noise_does_not_walk_to_the_limit_of_the_ratio() {
 #[test]
 fn two_milliseconds_between_velocity_and_displacement_are_no_contradiction() {
     for (frequency, speed) in [(0.5, 0.35), (1.5, 0.8), (2.0, 0.9), (4.0, 0.8), (6.0, 0.6), (10.0, 0.4)] {
-        for late in [-2.0e-3, -1.5e-3, 0.0, 1.5e-3, 2.0e-3] {
-            assert_eq!(late_swing(frequency, speed, late, 0.0), None, "{frequency} Hz, {late} s");
-            let found = late_swing(frequency, speed, late, 0.12);
+        for latency in [-2.0e-3, -1.5e-3, 0.0, 1.5e-3, 2.0e-3] {
+            assert_eq!(late_swing(frequency, speed, latency, 0.0), None, "{frequency} Hz, {latency} s");
+            let found = late_swing(frequency, speed, latency, 0.12);
             let after = found.map_or(f64::INFINITY, |(time, _)| time - 1.1);
-            assert!((0.0..0.6).contains(&after), "{frequency} Hz, {late} s: {found:?}");
+            assert!((0.0..0.6).contains(&after), "{frequency} Hz, {latency} s: {found:?}");
         }
     }
 }
@@ -243,17 +264,18 @@ fn the_flow_separates_a_wrong_sign_from_a_right_one_in_a_slow_motion() {
 
 /// A spool that follows a command of this opening and frequency (Hz) about a null bias (1), with a delay (s) besides the
 /// valve's, and reads with the wrong sign from 1 s on if asked to. Piston and force are at rest.
-fn follows(opening: f64, frequency: f64, bias: f64, late: f64, turns: bool) -> Option<(f64, Cause)> {
+fn follows(opening: f64, frequency: f64, bias: f64, latency: f64, turns: bool) -> Option<(f64, Cause)> {
     let watch = watch();
     let mut state = PlausibilityState::default();
     let swing = |time: f64| opening * libm::sin(core::f64::consts::TAU * frequency * time.max(0.0));
     (0..(4.0 * RIG.sample_rate) as u32).find_map(|n| {
         let time = f64::from(n) * STEP;
-        let known = Known { valve_command: swing(time) / RIG.valve_gain, flow_gain: 0.0, ..KNOWN };
-        let spool = bias + swing(time - RIG.response_delay - late);
+        let controller =
+            ControllerValues { valve_command: swing(time) / RIG.valve_gain, flow_gain: 0.0, ..CONTROLLER };
+        let spool = bias + swing(time - RIG.response_delay - latency);
         let sign = if turns && time > 1.0 { -1.0 } else { 1.0 };
         let input = Input { force: 0.0, displacement: 0.0, spool: sign * spool, ..Input::default() };
-        match watch.judge(&mut state, &input, 0.0, &known) {
+        match watch.judge(&mut state, &input, 0.0, &controller) {
             Cause::None => None,
             cause => Some((time, cause)),
         }
@@ -269,9 +291,9 @@ fn a_spool_of_wrong_sign_is_noticed_at_openings_within_an_overlap() {
             assert!((1.0..1.6).contains(&time), "{opening} {frequency} {bias}: {time}");
         }
     }
-    for (frequency, late) in [(1.5, 4e-3), (4.75, -4e-3), (9.0, 4e-3), (20.0, 3e-3), (40.0, 2e-3)] {
+    for (frequency, latency) in [(1.5, 4e-3), (4.75, -4e-3), (9.0, 4e-3), (20.0, 3e-3), (40.0, 2e-3)] {
         for bias in [-0.02, 0.02] {
-            assert_eq!(follows(0.1, frequency, bias, late, false), None, "{frequency} {late} {bias}");
+            assert_eq!(follows(0.1, frequency, bias, latency, false), None, "{frequency} {latency} {bias}");
         }
     }
 }
@@ -336,19 +358,19 @@ fn a_change_of_the_velocitys_source_makes_no_step() {
     let watch = watch();
     let mut state = PlausibilityState::default();
     for n in 0..100 {
-        assert_eq!(watch.bridge(&mut state, 0.5, 0).to_bits(), 0.5_f64.to_bits(), "{n}");
+        assert_eq!(watch.fade_source(&mut state, 0.5, 0).to_bits(), 0.5_f64.to_bits(), "{n}");
     }
     // After the valve's response delay a share of 1/e remains.
     let ticks = (RIG.response_delay * RIG.sample_rate) as u32;
-    let passed = (0..=ticks).fold([0.5; 2], |[_, before], n| {
-        let now = watch.bridge(&mut state, 0.4, 1);
+    let valve_flow = (0..=ticks).fold([0.5; 2], |[_, before], n| {
+        let now = watch.fade_source(&mut state, 0.4, 1);
         assert!(now < before && now > 0.4 && before - now < 0.006, "{n}: {before} {now}");
         [before, now]
     });
-    assert!((passed[1] - 0.4 - 0.1 / core::f64::consts::E).abs() < 3e-3, "{passed:?}");
+    assert!((valve_flow[1] - 0.4 - 0.1 / core::f64::consts::E).abs() < 3e-3, "{valve_flow:?}");
     // A lost velocity changes nothing.
     let before = state;
-    assert!(watch.bridge(&mut state, f64::NAN, 2).is_nan());
+    assert!(watch.fade_source(&mut state, f64::NAN, 2).is_nan());
     assert_eq!(state, before);
 }
 

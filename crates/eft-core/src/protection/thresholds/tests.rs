@@ -15,7 +15,7 @@ fn put(
     watch: &PlausibilityParameters,
 ) -> Result<Plausibility<f64, 21>, ConfigError> {
     let mut place = None;
-    Plausibility::<f64, 21>::put(&mut place, p, protection, watch)?;
+    Plausibility::<f64, 21>::make_in(&mut place, p, protection, watch)?;
     Ok(place.unwrap())
 }
 
@@ -49,14 +49,14 @@ fn the_gate_of_a_displacement_that_shows_the_velocity_is_as_wide_as_noise_and_ac
             ..ProtectionParameters::DEFAULT
         };
         let watch = put(&estimated, &protection, &PlausibilityParameters::DEFAULT).unwrap();
-        near("near", watch.gate.near, jump);
-        near("bend", watch.gate.bend, 7.324219e-05);
+        near("near", watch.gate.displacement_tolerance, jump);
+        near("bend", watch.gate.tolerance_growth, 7.324219e-05);
         // The area's square over compressibility and rate.
-        near("kick", watch.kick, 2.177791e+04);
+        near("kick", watch.force_per_velocity, 2.177791e+04);
         // After the velocity's sensor has failed as well.
         let with_sensor = put(&Parameters::ZHAO2005, &protection, &PlausibilityParameters::DEFAULT).unwrap();
         assert_eq!(with_sensor.gate, watch.gate);
-        assert_eq!(with_sensor.kick.to_bits(), 0);
+        assert_eq!(with_sensor.force_per_velocity.to_bits(), 0);
     }
 }
 
@@ -75,26 +75,38 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
     let watch = put(&Parameters::ZHAO2005, &protection, &PlausibilityParameters::DEFAULT).unwrap();
     let Plausibility { balance, motion, stroke, following, .. } = watch;
     let all = [
-        ("jumps", &watch.gate.jump[..], &[925.8231, 5.888863e-3, 2.334053e-2, 4.151340e-2][..]),
-        ("still", &watch.gate.still, &[7.8, 6.35e-6, 5.25e-5, 5e-5]),
-        ("friction", &[watch.gate.friction, watch.gate.reversing], &[1560.28, 0.06]),
-        ("gate", &[watch.gate.forgetting, watch.gate.share], &[1.532805e-3, 8.798962e-2]),
-        ("chance", &[watch.gate.chance], &[1.455192e-11]),
+        ("jumps", &watch.gate.tolerance[..], &[925.8231, 5.888863e-3, 2.334053e-2, 4.151340e-2][..]),
+        ("still", &watch.gate.still_change, &[7.8, 6.35e-6, 5.25e-5, 5e-5]),
+        ("friction", &[watch.gate.friction_jump, watch.gate.reversal_velocity], &[1560.28, 0.06]),
+        ("gate", &[watch.gate.liveliness_gain, watch.gate.slope_gain], &[1.532805e-3, 8.798962e-2]),
+        ("chance", &[watch.gate.still_probability], &[1.455192e-11]),
         ("oil", &[watch.leakage, watch.oil], &[1.583049e-9, 9.206040e-11]),
-        ("shares", &[watch.low, balance.high, watch.fine], &[0.1156239, 2.274800e-2, 2.274800e-2]),
-        ("valve", &[stroke.lag, watch.slow, watch.valve_gain], &[8.517888e-2, 7.640603e-3, 0.1]),
-        ("decays", &[balance.fast_decay, watch.decay, following.fade], &[0.9975486, 0.9984672, 0.9534451]),
+        (
+            "shares",
+            &[watch.residual_gain, balance.high, watch.ratio_gain],
+            &[0.1156239, 2.274800e-2, 2.274800e-2],
+        ),
+        ("valve", &[stroke.lag, watch.spool_gain, watch.valve_gain], &[8.517888e-2, 7.640603e-3, 0.1]),
+        (
+            "decays",
+            &[balance.fast_decay, watch.envelope_decay, following.fade],
+            &[0.9975486, 0.9984672, 0.9534451],
+        ),
         ("flow's drifts", &[balance.drift, balance.fast_drift], &[4.419913e-4, 8.804801e-6]),
         ("flow's limits", &[balance.slow, balance.fast], &[2.668963e-5, 1.524783e-7]),
-        ("turned", &[balance.turned, balance.null_drift], &[4.474831e-8, 1.757349e-4]),
+        ("turned", &[balance.wrong_sign, balance.null_drift], &[4.474831e-8, 1.757349e-4]),
         ("motion's drifts", &[motion.drift, motion.ratio_drift], &[1.600741e-4, 2.467811e-04]),
         ("motion's limits", &[motion.travel, motion.ratio], &[3.180331e-4, 1.910331e-4]),
         ("stroke's drifts", &[stroke.drift, stroke.against_drift], &[3.015245e-2, 1.524515e-4]),
         ("stroke's limits", &[stroke.difference, stroke.against], &[2.0e-3, 6e-4]),
-        ("of velocity", &[watch.per_reversal, motion.late], &[83.33333, 2e-3]),
+        ("of velocity", &[watch.per_reversal, motion.latency], &[83.33333, 2e-3]),
         ("wrong sign", &[watch.reversal.slow, watch.reversal.limit], &[5.349941e-02, 2.123337e-04]),
         ("its drift", &[watch.reversal.drift], &[1.337485e-02]),
-        ("force", &[watch.astray, watch.evidence[0], watch.evidence[1]], &[3780.0, 1180.0, 6.35e-4]),
+        (
+            "force",
+            &[watch.force_error_limit, watch.stuck_changes[0], watch.stuck_changes[1]],
+            &[3780.0, 1180.0, 6.35e-4],
+        ),
         ("rates", &[watch.rate, watch.period, watch.area], &[4096.0, 2.44140625e-4, 8.212e-3]),
     ];
     for (name, found, expected) in all {
@@ -134,25 +146,25 @@ fn without_levels_capacity_and_greatest_flow_stand_in() {
     let watch = put(&rig, &ProtectionParameters::DEFAULT, &noise).unwrap();
     // 3·ln 2 = 2.079; the displacement's gate is open.
     for (name, found, expected) in [
-        ("jump of the force", watch.gate.jump[0], 5.501823e4),
-        ("of the velocity", watch.gate.jump[2], 0.2255218),
-        ("of the spool", watch.gate.jump[3], 0.6296747),
-        ("chance", watch.gate.chance, 0.125),
+        ("jump of the force", watch.gate.tolerance[0], 5.501823e4),
+        ("of the velocity", watch.gate.tolerance[2], 0.2255218),
+        ("of the spool", watch.gate.tolerance[3], 0.6296747),
+        ("chance", watch.gate.still_probability, 0.125),
         ("lag", watch.stroke.lag, 0.2666667),
         ("fade", watch.following.fade, 0.6),
         ("drift", watch.balance.drift, 4.808226e-4),
         ("limit", watch.balance.slow, 2.570526e-5),
-        ("astray", watch.astray, 2.418420e4),
+        ("astray", watch.force_error_limit, 2.418420e4),
     ] {
         near(name, found, expected);
     }
-    assert!(watch.gate.jump[1] >= f64::from(f32::MAX));
+    assert!(watch.gate.tolerance[1] >= f64::from(f32::MAX));
     // At least eight samples, and the delay.
     assert_eq!((watch.repeats, watch.senses_velocity), (11, false));
     // Almost every reading may raise an alarm, so the limit is about one deviation.
     let coarse =
         put(&Parameters { sample_rate: 60.0, ..rig }, &ProtectionParameters::DEFAULT, &noise).unwrap();
-    near("chance", coarse.gate.chance, libm::exp(-1.0));
+    near("chance", coarse.gate.still_probability, libm::exp(-1.0));
 }
 
 #[test]
@@ -196,6 +208,6 @@ fn a_load_pressure_may_differ_by_its_tolerance_and_four_deviations_for_half_a_mi
     // 56 % of the gate for noise of 50 N over the area, and for a swing of the supply pressure at 30 Hz.
     near("jump", pressure.jump, 521_682.77);
     near("still", pressure.still, 608.865_08);
-    near("samples of a delay of half a millisecond", pressure.late, 2.048);
+    near("samples of a delay of half a millisecond", pressure.latency, 2.048);
     near("area", pressure.area, 8.212e-3);
 }

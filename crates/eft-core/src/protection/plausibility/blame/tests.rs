@@ -3,8 +3,8 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use super::*;
-use crate::protection::plausibility::reversal::Reversal;
-use crate::protection::plausibility::sums::{Began, Sum};
+use crate::protection::plausibility::reversal::SignSums;
+use crate::protection::plausibility::sums::{Cusum, CusumStart};
 use crate::protection::plausibility::tests::{
     self, AGAINST, BALANCE, FAST, RATIO, STROKE, TRAVEL, TURNED, limits, sums,
 };
@@ -16,7 +16,7 @@ fn watch() -> Plausibility<f64, 21> {
         lost_samples: 3,
         period: 1e-3,
         area: 2.0,
-        evidence: [100.0, 0.01],
+        stuck_changes: [100.0, 0.01],
         ..tests::watch()
     };
     limits(&mut watch).into_iter().for_each(|limit| *limit = 1.0);
@@ -102,7 +102,7 @@ fn without_a_displacement_the_fast_flows_name_velocity_or_force() {
         let mut state = with(&[(of, size)], &[]);
         state.distrust(Cause::DisplacementLost);
         (state.stroke.opening, state.signals[SPOOL].last) = (0.1, opening);
-        state.reversal = Reversal { motion, force };
+        state.reversal = SignSums { motion, force };
         watch().contradiction_by_flow(&state, share)
     };
     for (sums, cause) in [([2.0, 1.0], Velocity), ([1.0, 2.0], Force), ([1.0, 1.0], Cause::None)] {
@@ -158,18 +158,18 @@ fn a_share_of_the_limits_is_enough_except_for_balance_and_stroke() {
 
 #[test]
 fn the_flow_decides_between_velocity_and_displacement() {
-    for (worse, cause) in [
+    for (misfit, cause) in [
         (-0.1, Cause::DisplacementImplausible),
         (0.0, Cause::DisplacementImplausible),
         (0.1, Cause::VelocityImplausible),
     ] {
         let mut state = with(&[(TRAVEL, 1.01)], &[]);
-        state.motion.evidence.worse = worse;
-        assert_eq!(watch().contradiction(&state, 1.0), cause, "{worse}");
+        state.motion.evidence.misfit = misfit;
+        assert_eq!(watch().contradiction(&state, 1.0), cause, "{misfit}");
     }
     // A displacement that does not move is wrong even if the flow tells otherwise.
     let mut state = with(&[(TRAVEL, 1.01)], &[DISPLACEMENT]);
-    state.motion.evidence.worse = 0.1;
+    state.motion.evidence.misfit = 0.1;
     assert_eq!(watch().contradiction(&state, 1.0), Cause::DisplacementImplausible);
 }
 
@@ -185,15 +185,15 @@ fn a_delay_widens_the_limits_of_motion_and_ratio_only() {
     ] {
         for (step, beyond) in [(-0.01, false), (0.01, true)] {
             let mut state = PlausibilityState::default();
-            (state.motion.velocity, state.motion.fine_velocity) = (-5.0, -6.0);
-            state.motion.travel_began = Began { above: 25.0, below: 5.0 };
-            state.motion.ratio_began = Began { above: 13.0, below: 1.0 };
+            (state.motion.velocity, state.motion.ratio_velocity) = (-5.0, -6.0);
+            state.motion.travel_start = CusumStart { above: 25.0, below: 5.0 };
+            state.motion.ratio_start = CusumStart { above: 13.0, below: 1.0 };
             let mut watch = watch();
-            watch.motion.late = 0.02;
+            watch.motion.latency = 0.02;
             let contradicts = |state: &_| watch.contradiction(state, share) != Cause::None;
             sums(&mut state)[of].above = limits[0] + step;
             assert_eq!(contradicts(&state), beyond, "above: {of} {share} {step}");
-            *sums(&mut state)[of] = Sum { above: 0.0, below: limits[1] + step };
+            *sums(&mut state)[of] = Cusum { above: 0.0, below: limits[1] + step };
             assert_eq!(contradicts(&state), beyond, "below: {of} {share} {step}");
         }
     }
@@ -206,7 +206,7 @@ fn a_delay_widens_the_limits_of_motion_and_ratio_only() {
 #[test]
 fn of_a_ratio_the_larger_signal_is_blamed_unless_the_flow_clearly_tells() {
     // A quarter of the area times the mean square of the speed of 4 m²/s² is 2 m⁴/s².
-    for (above, below, worse, displacement) in [
+    for (above, below, misfit, displacement) in [
         (1.1, 0.0, 0.0, false),
         (0.0, 1.1, 0.0, true),
         (1.1, 0.0, -1.9, false),
@@ -215,10 +215,11 @@ fn of_a_ratio_the_larger_signal_is_blamed_unless_the_flow_clearly_tells() {
         (1.1, 1.1, 0.0, false),
     ] {
         let mut state = PlausibilityState::default();
-        state.motion.ratio = Sum { above, below };
-        (state.motion.worse, state.motion.swept, state.motion.fastest) = (worse, 4.0, 9.0);
+        state.motion.ratio = Cusum { above, below };
+        (state.motion.misfit, state.motion.mean_square_speed, state.motion.speed_envelope) =
+            (misfit, 4.0, 9.0);
         let cause = if displacement { Cause::DisplacementImplausible } else { Cause::VelocityImplausible };
-        assert_eq!(watch().contradiction(&state, 1.0), cause, "{above} {below} {worse}");
+        assert_eq!(watch().contradiction(&state, 1.0), cause, "{above} {below} {misfit}");
     }
 }
 
@@ -232,16 +233,16 @@ fn a_signal_is_lost_after_its_samples_and_only_once() {
     ] {
         let mut state = PlausibilityState::<f64>::default();
         state.signals[sensor].lost = 3;
-        assert_eq!(watch().lost(&state), Cause::None, "{sensor}");
+        assert_eq!(watch().lost_sensor(&state), Cause::None, "{sensor}");
         state.signals[sensor].lost = 4;
-        assert_eq!(watch().lost(&state), lost, "{sensor}");
+        assert_eq!(watch().lost_sensor(&state), lost, "{sensor}");
         state.signals[sensor].jumped = true;
-        assert_eq!(watch().lost(&state), jumped, "{sensor}");
+        assert_eq!(watch().lost_sensor(&state), jumped, "{sensor}");
         let blind = Plausibility { senses_velocity: false, ..watch() };
-        assert_eq!(blind.lost(&state), if sensor == VELOCITY { Cause::None } else { jumped });
+        assert_eq!(blind.lost_sensor(&state), if sensor == VELOCITY { Cause::None } else { jumped });
         state.distrust(jumped);
         assert_eq!(state.distrusted, [FORCE, DISPLACEMENT, VELOCITY, SPOOL].map(|of| of == sensor));
-        assert_eq!(watch().lost(&state), Cause::None, "{sensor}");
+        assert_eq!(watch().lost_sensor(&state), Cause::None, "{sensor}");
     }
 }
 
@@ -251,16 +252,16 @@ fn a_force_that_repeats_while_its_command_moves_is_stuck() {
         [(12, 100.1, true), (12, -100.1, true), (11, 500.0, false), (12, 99.9, false), (13, 100.1, true)]
     {
         let mut state = with(&[], &[]);
-        state.marks = [0.0; 2];
+        state.last_changes = [0.0; 2];
         state.signals[FORCE].repeats = repeats;
-        let cause = watch().stuck(&mut state, &Input::default(), 0.0, command);
+        let cause = watch().stuck_sensor(&mut state, &Input::default(), 0.0, command);
         assert_eq!(cause == Cause::ForceImplausible, stuck, "{repeats} {command}");
-        assert_eq!(state.marks[0].to_bits(), 0);
+        assert_eq!(state.last_changes[0].to_bits(), 0);
     }
     // The command counts from the last change of the force.
     let mut state = with(&[], &[]);
-    assert_eq!(watch().stuck(&mut state, &Input::default(), 0.0, 700.0), Cause::None);
-    assert_eq!(state.marks[0].to_bits(), 700.0_f64.to_bits());
+    assert_eq!(watch().stuck_sensor(&mut state, &Input::default(), 0.0, 700.0), Cause::None);
+    assert_eq!(state.last_changes[0].to_bits(), 700.0_f64.to_bits());
 }
 
 #[test]
@@ -277,14 +278,14 @@ fn a_velocity_that_repeats_while_the_piston_moves_differently_is_stuck() {
         let mut state = with(&[], &[]);
         state.signals[VELOCITY].repeats = repeats;
         let watch = Plausibility { senses_velocity: senses, ..watch() };
-        let cause = watch.stuck(&mut state, &Input { displacement, ..Input::default() }, 0.5, 0.0);
+        let cause = watch.stuck_sensor(&mut state, &Input { displacement, ..Input::default() }, 0.5, 0.0);
         assert_eq!(cause == Cause::VelocityImplausible, stuck, "{repeats} {displacement}");
-        assert_eq!(state.marks[1].to_bits(), 0);
+        assert_eq!(state.last_changes[1].to_bits(), 0);
     }
     // The displacement counts from the last change of the velocity.
     let mut state = with(&[], &[]);
-    watch().stuck(&mut state, &Input { displacement: 0.02, ..Input::default() }, 0.5, 0.0);
-    assert_eq!(state.marks[1].to_bits(), 0.02_f64.to_bits());
+    watch().stuck_sensor(&mut state, &Input { displacement: 0.02, ..Input::default() }, 0.5, 0.0);
+    assert_eq!(state.last_changes[1].to_bits(), 0.02_f64.to_bits());
 }
 
 /// Numbers within ±1 without a pattern.
@@ -302,8 +303,8 @@ fn a_signal_whose_noise_has_stopped_is_stuck() {
     ] {
         let (watch, mut state) = (watch(), with(&[], &[]));
         let mut hear = |reading: f64| {
-            watch.gate.pass(&mut state.signals[sensor], f64::INFINITY, 0.1, reading);
-            watch.stuck(&mut state, &Input::default(), 0.0, 0.0)
+            watch.gate.accept(&mut state.signals[sensor], f64::INFINITY, 0.1, reading);
+            watch.stuck_sensor(&mut state, &Input::default(), 0.0, 0.0)
         };
         // Noise of one, then a slow line: it never repeats itself.
         for n in 0..5000_u32 {
@@ -316,7 +317,7 @@ fn a_signal_whose_noise_has_stopped_is_stuck() {
     let mut state = with(&[], &[]);
     for n in 0..5200_u32 {
         let reading = if n < 5000 { noise(n) } else { 1e-3 * f64::from(n) };
-        blind.gate.pass(&mut state.signals[VELOCITY], f64::INFINITY, 0.1, reading);
-        assert_eq!(blind.stuck(&mut state, &Input::default(), 0.0, 0.0), Cause::None, "{n}");
+        blind.gate.accept(&mut state.signals[VELOCITY], f64::INFINITY, 0.1, reading);
+        assert_eq!(blind.stuck_sensor(&mut state, &Input::default(), 0.0, 0.0), Cause::None, "{n}");
     }
 }

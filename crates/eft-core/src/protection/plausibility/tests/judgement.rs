@@ -28,21 +28,31 @@ fn with(of: usize, share: f64) -> PlausibilityState<f64> {
 
 /// The cause after a tick of a rig at rest, but for command and force (N).
 fn judged(state: &mut PlausibilityState<f64>, command: f64, force: f64) -> Cause {
-    let known =
-        Known { command, valve_command: 0.0, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0, tripped: false };
-    watch().judge(state, &Input { force, ..REST }, 0.0, &known)
+    let controller = ControllerValues {
+        command,
+        valve_command: 0.0,
+        flow_gain: 1.0,
+        valve_gain: 1.0,
+        supply: 1.0,
+        tripped: false,
+    };
+    watch().judge(state, &Input { force, ..REST }, 0.0, &controller)
 }
 
 #[test]
 fn a_force_that_jumps_may_be_right_and_one_that_is_lost_not() {
-    for (signal, jumped, cause, by_balance) in [
+    for (signal, jumped, cause, blamed_by_balance) in [
         (FORCE, true, Cause::ForceImplausible, true),
         (FORCE, false, Cause::ForceLost, false),
         (VELOCITY, true, Cause::VelocityImplausible, false),
     ] {
         let mut state = PlausibilityState::default();
         (state.signals[signal].lost, state.signals[signal].jumped) = (watch().lost_samples + 1, jumped);
-        assert_eq!((judged(&mut state, 0.0, 0.0), state.is_by_balance()), (cause, by_balance), "{cause:?}");
+        assert_eq!(
+            (judged(&mut state, 0.0, 0.0), state.blames_balance()),
+            (cause, blamed_by_balance),
+            "{cause:?}"
+        );
     }
 }
 
@@ -51,8 +61,8 @@ fn a_doubted_velocity_is_followed_without_delay_in_the_direction_of_the_displace
     let watch = watch();
     let moves = |velocity: f64, sensed: f64| {
         let mut state = PlausibilityState::default();
-        (state.velocity, state.smooth) = (velocity, [0.0, 0.9 * sensed]);
-        watch.agreed(&state, sensed)
+        (state.velocity, state.filtered_velocity) = (velocity, [0.0, 0.9 * sensed]);
+        watch.agreed_velocity(&state, sensed)
     };
     // The low-passes lag behind by a tenth. A correct sensor's reading is followed, and minus that of a wrong sign.
     for (velocity, sensed, followed) in [
@@ -68,63 +78,66 @@ fn a_doubted_velocity_is_followed_without_delay_in_the_direction_of_the_displace
         assert!((found - followed).abs() < 1e-9, "{velocity} {sensed}: {found}");
     }
     // A sensor that is known to be wrong is not used.
-    let mut state = PlausibilityState { velocity: 0.45, smooth: [0.45; 2], ..PlausibilityState::default() };
+    let mut state =
+        PlausibilityState { velocity: 0.45, filtered_velocity: [0.45; 2], ..PlausibilityState::default() };
     state.distrust(Cause::VelocityImplausible);
-    assert!((watch.agreed(&state, 0.5) - 0.45).abs() < 1e-12);
+    assert!((watch.agreed_velocity(&state, 0.5) - 0.45).abs() < 1e-12);
 }
 
 #[test]
 fn a_force_that_contradicts_the_flow_may_be_right_and_a_contradicted_motion_says_nothing_of_it() {
     for (of, cause) in [(FAST, Cause::ForceImplausible), (TRAVEL, Cause::DisplacementImplausible)] {
         let mut state = with(of, 1.2);
-        assert_eq!((judged(&mut state, 0.0, 0.0), state.is_by_balance()), (cause, of == FAST));
+        assert_eq!((judged(&mut state, 0.0, 0.0), state.blames_balance()), (cause, of == FAST));
     }
 }
 
 #[test]
 fn far_from_its_command_is_further_than_ten_deviations_and_a_part_of_the_trip_level() {
     // 10·78 N + 0.15·20 kN; half of a limit is enough then.
-    for (command, force, astray) in [
+    for (command, force, far_from_command) in [
         (3781.0, 0.0, true),
         (-3781.0, 0.0, true),
         (3779.0, 0.0, false),
         (3000.0, 3000.0, false),
         (3000.0, -800.0, true),
     ] {
-        let cause = if astray { Cause::DisplacementImplausible } else { Cause::None };
+        let cause = if far_from_command { Cause::DisplacementImplausible } else { Cause::None };
         assert_eq!(judged(&mut with(TRAVEL, 0.6), command, force), cause, "{command} {force}");
     }
 }
 
 #[test]
 fn only_after_a_sample_without_a_lost_or_distrusted_reading_the_motion_continues() {
-    for (force, distrusted, goes_on) in [(0.0, false, true), (f64::NAN, false, false), (0.0, true, false)] {
+    for (force, distrusted, is_continuous) in
+        [(0.0, false, true), (f64::NAN, false, false), (0.0, true, false)]
+    {
         for before in [true, false] {
             let mut state = PlausibilityState::default();
-            state.motion.goes_on = before;
+            state.motion.is_continuous = before;
             state.distrusted[VELOCITY] = distrusted;
             assert_eq!(judged(&mut state, 0.0, force), Cause::None);
-            assert_eq!(state.motion.goes_on, goes_on, "{force} {distrusted}");
+            assert_eq!(state.motion.is_continuous, is_continuous, "{force} {distrusted}");
         }
     }
 }
 
 #[test]
 fn the_flows_are_compared_without_a_displacement_that_is_known_to_have_failed() {
-    for (displacement, failed, compared, goes_on) in [
+    for (displacement, failed, compared, is_continuous) in [
         (0.0, false, true, true),
         (f64::NAN, false, false, false),
         (0.0, true, true, true),
         (f64::NAN, true, true, false),
     ] {
         let mut state = PlausibilityState::default();
-        (state.motion.goes_on, state.distrusted[DISPLACEMENT]) = (true, failed);
-        let (velocity, known) = (0.1, Known { valve_command: 0.0, ..KNOWN });
-        watch().judge(&mut state, &Input { displacement, velocity, ..REST }, velocity, &known);
+        (state.motion.is_continuous, state.distrusted[DISPLACEMENT]) = (true, failed);
+        let (velocity, controller) = (0.1, ControllerValues { valve_command: 0.0, ..CONTROLLER });
+        watch().judge(&mut state, &Input { displacement, velocity, ..REST }, velocity, &controller);
         let balance = &state.balance;
         assert_eq!(
-            (balance.taken > 0.0, state.motion.goes_on),
-            (compared, goes_on),
+            (balance.load_flow > 0.0, state.motion.is_continuous),
+            (compared, is_continuous),
             "{displacement} {failed}"
         );
     }
@@ -142,14 +155,15 @@ fn a_force_jumps_while_it_is_lost_to_the_gate() {
 /// Whether a reading this far from its prediction passes the gate of a watch, after lost samples and with a fading step of
 /// the velocity (m/s). The velocity may have a sensor, and may be distrusted.
 fn passes([senses, distrusts]: [bool; 2], lost: u32, step: f64, of: usize, beyond: f64) -> bool {
-    let mut watch = Plausibility { senses_velocity: senses, kick: 10.0, ..watch() };
-    (watch.gate.jump[FORCE], watch.gate.jump[DISPLACEMENT]) = (100.0, 5e-3);
-    (watch.gate.near, watch.gate.bend, watch.gate.reversing) = (1e-3, 2e-4, 0.0);
+    let mut watch = Plausibility { senses_velocity: senses, force_per_velocity: 10.0, ..watch() };
+    (watch.gate.tolerance[FORCE], watch.gate.tolerance[DISPLACEMENT]) = (100.0, 5e-3);
+    (watch.gate.displacement_tolerance, watch.gate.tolerance_growth, watch.gate.reversal_velocity) =
+        (1e-3, 2e-4, 0.0);
     let distrusted = [false, false, distrusts, false];
     let mut state = PlausibilityState { distrusted, ..PlausibilityState::default() };
     state.followed.step = step;
     for signal in &mut state.signals {
-        (signal.seen, signal.lost) = (true, lost);
+        (signal.has_reading, signal.lost) = (true, lost);
     }
     let mut input = Input { force: 0.0, displacement: 0.0, velocity: 0.0, spool: 0.0, ..Input::default() };
     *(if of == FORCE { &mut input.force } else { &mut input.displacement }) = beyond;
@@ -178,7 +192,7 @@ fn the_gate_widens_with_lost_samples_and_while_the_valve_follows_another_velocit
 #[test]
 fn a_load_pressure_contradicts_a_trusted_force_unless_something_else_is_wrong() {
     let pressure =
-        LoadPressureWatch { area: 1.0, jump: 1e9, still: 0.0, tolerance: 10.0, late: 0.0, limit: 1e-3 };
+        LoadPressureWatch { area: 1.0, jump: 1e9, still: 0.0, tolerance: 10.0, latency: 0.0, limit: 1e-3 };
     let watch = Plausibility { load_pressure: Some(pressure), ..watch() };
     let compared = |force: f64, before: Cause, distrusted: bool, failed: bool| {
         let mut state = PlausibilityState::default();

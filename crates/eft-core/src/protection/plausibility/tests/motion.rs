@@ -1,10 +1,10 @@
 //! The comparison of velocity and displacement in one tick, against its equations.
 
 use super::equations::{
-    DISPLACEMENT, PERIOD, VELOCITY, added, before, flows, input, known, near, round, summed,
+    DISPLACEMENT, PERIOD, VELOCITY, added, before, controller, flows, input, near, round, summed,
 };
 use super::*;
-use crate::protection::plausibility::comparisons::Motion;
+use crate::protection::plausibility::comparisons::MotionComparison;
 
 /// Velocity (m/s) by its sensor and by the displacement, low-passed.
 fn motions() -> [f64; 2] {
@@ -15,22 +15,22 @@ fn motions() -> [f64; 2] {
 fn velocity_and_displacement_may_differ_by_a_twentieth() {
     let state = summed(&round(), before());
     let [moved, travelled] = motions();
-    let seen = f64::max(f64::max(moved, travelled), 0.9 * 0.25);
-    added("motion", &state.motion.travel, moved - travelled, 0.05 * seen + 0.017);
+    let envelope = f64::max(f64::max(moved, travelled), 0.9 * 0.25);
+    added("motion", &state.motion.travel, moved - travelled, 0.05 * envelope + 0.017);
 }
 
 #[test]
 fn a_sum_remembers_the_velocity_at_which_it_was_zero() {
     let [moved, _] = motions();
     let [forwards, backwards] = [0.21, -2.0].map(|speed| speed + 0.375 * (moved - speed));
-    let began = |motion: Motion<f64>| [motion.travel_began, motion.ratio_began];
-    assert_eq!(began(summed(&round(), before()).motion), began(before().motion));
+    let start = |motion: MotionComparison<f64>| [motion.travel_start, motion.ratio_start];
+    assert_eq!(start(summed(&round(), before()).motion), start(before().motion));
     // The displacement is faster, so the lower side of the sum grows. Backwards it is the upper one of the ratio.
     for (speed, above, below) in [(0.21, forwards, 0.6), (-2.0, 0.5, -backwards)] {
         let mut state = before();
-        (state.motion.travel, state.motion.ratio) = (Sum::default(), Sum::default());
-        state.motion.fine_velocity = speed;
-        let [motion, ratio] = began(summed(&round(), state).motion);
+        (state.motion.travel, state.motion.ratio) = (Cusum::default(), Cusum::default());
+        state.motion.ratio_velocity = speed;
+        let [motion, ratio] = start(summed(&round(), state).motion);
         near("motion", motion.above, moved);
         assert_eq!(motion.below.to_bits(), 0.15_f64.to_bits());
         near("ratio above", ratio.above, above);
@@ -54,47 +54,48 @@ fn a_delay_between_velocity_and_displacement_widens_the_limits() {
 fn the_ratio_counts_the_difference_in_the_direction_of_motion() {
     let [moved, travelled] = motions();
     let speed = 0.21 + 0.375 * (moved - 0.21);
-    let off = 0.04 + 0.375 * (moved - travelled - 0.04);
+    let difference = 0.04 + 0.375 * (moved - travelled - 0.04);
     // Below 1/0.7 m/s the direction has a smaller weight.
     let state = summed(&round(), before());
-    added("slow", &state.motion.ratio, off * 0.7 * speed, 0.04 * speed + 0.007);
+    added("slow", &state.motion.ratio, difference * 0.7 * speed, 0.04 * speed + 0.007);
     let state = summed(&Plausibility { per_reversal: 1e3, ..round() }, before());
-    added("fast", &state.motion.ratio, off, 0.04 * speed + 0.007);
-    let mut turned = before();
-    turned.motion.fine_velocity = -2.0;
+    added("fast", &state.motion.ratio, difference, 0.04 * speed + 0.007);
+    let mut backwards = before();
+    backwards.motion.ratio_velocity = -2.0;
     let back = -2.0 + 0.375 * (moved + 2.0);
-    let state = summed(&Plausibility { per_reversal: 1e3, ..round() }, turned);
-    added("backwards", &state.motion.ratio, -off, f64::max(0.05 * -back, 0.04 * -back + 0.007));
+    let state = summed(&Plausibility { per_reversal: 1e3, ..round() }, backwards);
+    added("backwards", &state.motion.ratio, -difference, f64::max(0.05 * -back, 0.04 * -back + 0.007));
 }
 
 #[test]
 fn the_residual_with_either_motion_tells_which_one_is_wrong() {
     let state = summed(&round(), before());
-    let ([moved, travelled], [passed, taken, oil]) = (motions(), flows());
-    let off = 0.04 + 0.375 * (moved - travelled - 0.04);
+    let ([moved, travelled], [valve_flow, load_flow, oil]) = (motions(), flows());
+    let difference = 0.04 + 0.375 * (moved - travelled - 0.04);
     // Without what the null bias leaves.
-    let model = round().valve_flow(&input(), &known());
-    let biased = 1.2 * model.root * model.slope * before().missing.null_bias();
-    let residual = 0.05 + 0.375 * (taken + oil - passed - biased - 0.05);
+    let model = round().valve_flow(&input(), &controller());
+    let biased = 1.2 * model.root * model.slope * before().opening_offset.null_bias();
+    let residual = 0.05 + 0.375 * (load_flow + oil - valve_flow - biased - 0.05);
     // The residual's square with the velocity minus that with the displacement, over twice the area.
-    let difference = (residual * residual - (residual - 2.0 * off) * (residual - 2.0 * off)) / (2.0 * 2.0);
-    near("worse", state.motion.worse, 0.002 + 0.125 * (difference - 0.002));
+    let squares =
+        (residual * residual - (residual - 2.0 * difference) * (residual - 2.0 * difference)) / (2.0 * 2.0);
+    near("misfit", state.motion.misfit, 0.002 + 0.125 * (squares - 0.002));
     let speed = 0.21 + 0.375 * (moved - 0.21);
-    let faster = f64::max(speed.abs(), (speed - off).abs());
-    near("swept", state.motion.swept, 0.5 + 0.125 * (faster * faster - 0.5));
+    let faster = f64::max(speed.abs(), (speed - difference).abs());
+    near("mean square speed", state.motion.mean_square_speed, 0.5 + 0.125 * (faster * faster - 0.5));
 }
 
 #[test]
 fn after_lost_samples_the_displacement_continues_with_the_velocity() {
     let mut state = before();
-    state.motion.goes_on = false;
+    state.motion.is_continuous = false;
     let travelled = DISPLACEMENT - 0.0098 - PERIOD * 0.5 * (VELOCITY + 0.26);
-    let low = 0.009 + travelled;
+    let filtered = 0.009 + travelled;
     let [moved, _] = motions();
-    let seen = f64::max(f64::max(moved, 4096.0 * 0.5 * (DISPLACEMENT - low)), 0.9 * 0.25);
+    let envelope = f64::max(f64::max(moved, 4096.0 * 0.5 * (DISPLACEMENT - filtered)), 0.9 * 0.25);
     let found = summed(&round(), state);
-    let residual = moved - 4096.0 * 0.5 * (DISPLACEMENT - low);
-    added("motion", &found.motion.travel, residual, 0.05 * seen + 0.017);
-    assert!(found.motion.goes_on);
+    let residual = moved - 4096.0 * 0.5 * (DISPLACEMENT - filtered);
+    added("motion", &found.motion.travel, residual, 0.05 * envelope + 0.017);
+    assert!(found.motion.is_continuous);
     near("last displacement", found.motion.last_displacement, DISPLACEMENT);
 }
