@@ -50,7 +50,7 @@ def controller_given(v: Case) -> Formulas:
 def controller_shows(v: Case) -> Formulas:
     out, after, amplitude = v.after["out"], v.after["state"], v.config.limiter.amplitude
     valid = accepted(v.config.compensation, v.input) & (abs(v.input.command) <= LARGEST)
-    kept = untouched(v.state, after, ("feedforward", "lost", "supply"))
+    kept = untouched(v.state, after, ("feedforward", "refused_samples", "supply"))
     unmeasured = v.config.measures_supply.same(0)
     return {
         "every input, NaN too: finite and within the amplitude": abs(out.valve_command) <= amplitude,

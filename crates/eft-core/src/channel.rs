@@ -1,15 +1,15 @@
 //! The whole tick of one actuator, in the order that safety needs: velocity, protection of the command, controller,
 //! protection of the output. The tick also adds up the learner's window.
 
-mod belief;
-mod between;
+mod between_ticks;
 mod control;
-mod side_by_side;
+mod lanes;
 mod state;
 #[cfg(test)]
 mod tests;
+mod trusted_signals;
 
-pub use side_by_side::{ChannelLanes, ChannelLanesState};
+pub use lanes::{ChannelLanes, ChannelLanesState};
 pub use state::ChannelState;
 
 use core::mem::MaybeUninit;
@@ -25,7 +25,7 @@ use crate::protection::{NEVER, Plausibility, Protection, StuckWatch, samples};
 use crate::signals::{Input, Output};
 use crate::status;
 use crate::velocity::Velocity;
-use state::Believed;
+use state::TrustedSignals;
 
 /// A channel's immutable configuration; one drives any number of actuators.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,8 +62,8 @@ struct Parts<'a, T: Real, const N: usize> {
     measures_supply: bool,
     looks_ahead: bool,
     integrates: bool,
-    rubs: bool,
-    laps: bool,
+    has_friction: bool,
+    has_overlap: bool,
 }
 
 impl<T: Real, const N: usize> Parts<'_, T, N> {
@@ -77,20 +77,20 @@ impl<T: Real, const N: usize> Parts<'_, T, N> {
         measures_supply: false,
         looks_ahead: false,
         integrates: false,
-        rubs: false,
-        laps: false,
+        has_friction: false,
+        has_overlap: false,
     };
 }
 
 /// Shortest age limit of a calibration (s). A calibration that is published in time is younger.
-const LEAST_AGE_LIMIT: f64 = 0.02;
+const SHORTEST_AGE_LIMIT: f64 = 0.02;
 
 /// A calibration expires after this many windows; [`NEVER`] for no limit.
 const fn age_limit(p: &Parameters) -> Result<u32, ConfigError> {
     if !p.learning.is_on() {
         return Ok(NEVER);
     }
-    let limit = check!(within("age_limit", p.learning.age_limit, LEAST_AGE_LIMIT, f64::MAX));
+    let limit = check!(within("age_limit", p.learning.age_limit, SHORTEST_AGE_LIMIT, f64::MAX));
     let ticks = check!(samples("age_limit", limit, p.sample_rate));
     Ok(if ticks == NEVER { NEVER } else { ticks / window_ticks(p.sample_rate) })
 }
@@ -183,11 +183,11 @@ impl<T: Real, const N: usize> Channel<T, N> {
         if self.learns && state.ticks_left == 0 {
             state.begin_window(self.window_ticks);
         }
-        let gated;
+        let gated_input;
         let input = match parts.plausibility {
             Some(watch) => {
-                gated = watch.gate(&mut state.plausibility, input);
-                &gated
+                gated_input = watch.gate(&mut state.plausibility, input);
+                &gated_input
             }
             None => input,
         };
@@ -196,7 +196,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             Some(watch) => watch.step(&mut state.stuck, velocity, input.force, input.spool),
             None => 0,
         };
-        let mut believed = Believed {
+        let mut trusted = TrustedSignals {
             command: input.command,
             force: input.force,
             displacement: input.displacement,
@@ -205,10 +205,10 @@ impl<T: Real, const N: usize> Channel<T, N> {
             status: 0,
         };
         if let Some(watch) = parts.plausibility {
-            believed = self.believe(watch, state, input, believed);
+            trusted = self.select_trusted(watch, state, input, trusted);
         }
-        let authority = self.permit(parts, state, input, &mut believed);
-        let out = self.control(parts, state, input, velocity, &believed, path);
+        let authority = self.limit_command(parts, state, input, &mut trusted);
+        let out = self.control(parts, state, input, velocity, &trusted, path);
         let status = out.status | state.in_use.flags | stuck;
         let mut voltage = out.valve_command;
         if let Some(p) = parts.protection {
@@ -232,9 +232,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
             voltage,
             compensation: out.compensation,
             velocity,
-            permitted_command: believed.command,
+            permitted_command: trusted.command,
             authority,
-            status: status | believed.status | if lost { status::INVALID_COMMAND } else { 0 },
+            status: status | trusted.status | if lost { status::INVALID_COMMAND } else { 0 },
             window,
         }
     }
@@ -263,8 +263,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
             measures_supply: self.controller.measures_supply,
             looks_ahead: self.looks_ahead,
             integrates: self.controller.integrates(),
-            rubs: self.controller.friction.is_present(),
-            laps: self.controller.laps(),
+            has_friction: self.controller.friction.is_present(),
+            has_overlap: self.controller.has_overlap(),
         }
     }
 

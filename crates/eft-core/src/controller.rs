@@ -1,13 +1,13 @@
 //! The controller: compensation, feedforward, force loop and limits, for one rig or for several in lanes.
 
 mod construction;
-mod rest;
 mod signals;
 mod state;
+mod steady_state;
 
 use crate::compensation::{
     Calibration, Compensation, CompensationInput, CompensationState, Feedforward, FeedforwardState, Friction,
-    Lap,
+    OverlapStep,
 };
 use crate::error::{ConfigError, LARGEST, check};
 use crate::force_loop::{Integral, Limiter, ServovalveController, ServovalveControllerState};
@@ -45,9 +45,9 @@ pub struct Controller<S: Scalar, const N: usize> {
     realization: Realization,
     integral: Integral<S>,
     /// Overlap of the spool's lands.
-    lap: Lap<S>,
+    overlap_step: OverlapStep<S>,
 }
-integrity!(Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral, lap);
+integrity!(Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral, overlap_step);
 
 /// The tick resumes at the new operating point after this many lost samples, which last longer than the gap time.
 pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
@@ -79,10 +79,10 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     ) -> ControllerOutput<S> {
         let supply = self.supply(state, input.supply_pressure);
         let sample = self.sample(state, input, supply);
-        if sample.good.any() {
-            self.follow(state, sample, calibration, path)
+        if sample.valid.any() {
+            self.step_valid(state, sample, calibration, path)
         } else {
-            self.refuse(state, sample, path)
+            self.step_invalid(state, sample, path)
         }
     }
 
@@ -94,82 +94,84 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         input: &'a ControllerInput<S>,
         supply: Supply<S>,
     ) -> Sample<'a, S> {
-        let good = self.accepts(input);
-        let rests = S::at_least(state.lost, self.gap);
+        let valid = self.accepts(input);
+        let resumes = S::at_least(state.refused_samples, self.gap);
         let friction = self.friction(input.velocity);
-        let (ahead, integrates, laps) = (self.looks_ahead.any(), self.integrates(), self.laps());
-        Sample { input, supply, good, rests, ahead, integrates, laps, friction }
+        let (looks_ahead, integrates, has_overlap) =
+            (self.looks_ahead.any(), self.integrates(), self.has_overlap());
+        Sample { input, supply, valid, resumes, looks_ahead, integrates, has_overlap, friction }
     }
 
     /// The part of [`step`](Self::step) for a sample that is good in any lane.
     #[inline(always)]
-    pub(crate) fn follow(
+    pub(crate) fn step_valid(
         &self,
         state: &mut ControllerState<S>,
         sample: Sample<'_, S>,
         calibration: &Calibration<S>,
         path: impl FnOnce(S) -> S,
     ) -> ControllerOutput<S> {
-        let Sample { input, supply, good, rests, ahead, integrates, laps, friction } = sample;
-        let rests = good & rests;
-        let friction = friction.map(|friction| state.feedforward.friction_where(good, friction));
+        let Sample { input, supply, valid, resumes, looks_ahead, integrates, has_overlap, friction } = sample;
+        let resumes = valid & resumes;
+        let friction = friction.map(|friction| state.feedforward.friction_where(valid, friction));
         let last = self.limiter.within(state.valve_command);
-        if self.feeds_forward && rests.any() {
+        if self.feeds_forward && resumes.any() {
             // This tick's command replaces a lost next one.
-            let mut rested = self.feedforward.at_rest(input.command, friction);
-            self.feedforward.step(&mut rested, self.known_command(input), friction);
-            state.feedforward = FeedforwardState::select(rests, rested, state.feedforward);
+            let mut resumed_state = self.feedforward.at_rest(input.command, friction);
+            self.feedforward.step(&mut resumed_state, self.feedforward_command(input), friction);
+            state.feedforward = FeedforwardState::select(resumes, resumed_state, state.feedforward);
         }
         let further_flow = self.further_flow(&mut state.feedforward, input, friction);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        let carried = sample.carried(if ahead { self.expected_force(state, force) } else { force });
+        let oil_force = sample.oil_force(if looks_ahead { self.expected_force(state, force) } else { force });
         let measured =
-            CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
+            CompensationInput { velocity, force: oil_force, spool, supply: supply.ratio, further_flow };
         let (opening, flags) = self.compensation.required_opening(&measured, calibration);
-        let opening = if laps {
-            let sum = self.lap.together(opening, command - force, state.integral);
-            let smooth = S::select(rests, sum, self.lap.smoothed(state.smooth, sum));
-            state.smooth = S::select(good, smooth, state.smooth);
-            self.lap.over(state.smooth, opening)
+        let opening = if has_overlap {
+            let sum = self.overlap_step.combined_opening(opening, command - force, state.integral);
+            let low_passed_opening =
+                S::select(resumes, sum, self.overlap_step.low_passed(state.low_passed_opening, sum));
+            state.low_passed_opening = S::select(valid, low_passed_opening, state.low_passed_opening);
+            self.overlap_step.add_step(state.low_passed_opening, opening)
         } else {
             opening
         };
-        if rests.any() {
-            state.compensation = state.compensation.resumed(rests, opening);
-            let rested = self.servovalve.at_rest(command, force);
-            state.servovalve = ServovalveControllerState::select(rests, rested, state.servovalve);
+        if resumes.any() {
+            state.compensation = state.compensation.resumed(resumes, opening);
+            let resumed_state = self.servovalve.at_rest(command, force);
+            state.servovalve = ServovalveControllerState::select(resumes, resumed_state, state.servovalve);
         }
         let next = self.compensation.advance(&state.compensation, opening, calibration);
-        let next = CompensationState::select(good, next, state.compensation);
+        let next = CompensationState::select(valid, next, state.compensation);
         let compensation = path(next.output());
         let mut servovalve = state.servovalve;
         let (valve_command, limits) = match self.realization {
             Realization::Digital => {
                 let mut raw = self.servovalve.step(&mut servovalve, command, force, compensation);
                 if integrates {
-                    raw = raw + self.integral.step(&mut state.integral, good, command - force);
+                    raw = raw + self.integral.step(&mut state.integral, valid, command - force);
                 }
                 self.limiter.apply(raw, last)
             }
             Realization::Analog => (compensation, S::Flags::default()),
         };
         state.compensation = next;
-        state.servovalve = ServovalveControllerState::select(good, servovalve, state.servovalve);
-        state.valve_command = S::select(good, valve_command, state.valve_command);
-        let mut status = flags | limits | supply.held();
-        if good.all() {
-            state.lost = S::Flags::default();
+        state.servovalve = ServovalveControllerState::select(valid, servovalve, state.servovalve);
+        state.valve_command = S::select(valid, valve_command, state.valve_command);
+        let mut status = flags | limits | supply.held_flag();
+        if valid.all() {
+            state.refused_samples = S::Flags::default();
         } else {
-            state.count(good);
-            let faults = self.faults(command, velocity, force, spool) | supply.held();
-            status = S::select_flags(good, status, faults);
+            state.count(valid);
+            let faults = self.faults(command, velocity, force, spool) | supply.held_flag();
+            status = S::select_flags(valid, status, faults);
         }
         ControllerOutput { valve_command: state.valve_command, compensation, status }
     }
 
     /// The part of [`step`](Self::step) for a sample that is good in no lane.
     #[inline(always)]
-    pub(crate) fn refuse(
+    pub(crate) fn step_invalid(
         &self,
         state: &mut ControllerState<S>,
         sample: Sample<'_, S>,
@@ -179,12 +181,12 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         self.further_flow(&mut state.feedforward, input, None);
         state.count(S::Mask::splat(false));
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        self.last(state, self.faults(command, velocity, force, spool) | supply.held(), path)
+        self.repeat_last(state, self.faults(command, velocity, force, spool) | supply.held_flag(), path)
     }
 
     /// The last output with these flags.
     #[inline(always)]
-    pub(crate) fn last(
+    pub(crate) fn repeat_last(
         &self,
         state: &ControllerState<S>,
         status: S::Flags,
@@ -196,7 +198,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
 
     /// Repeats the last valve command and raises [`status::HELD`]; the state stays.
     pub fn hold(&self, state: &ControllerState<S>) -> ControllerOutput<S> {
-        self.last(state, S::flag(S::Mask::splat(true), status::HELD), |compensation| compensation)
+        self.repeat_last(state, S::flag(S::Mask::splat(true), status::HELD), |compensation| compensation)
     }
 
     /// The calibration of the configuration, which is the paper's scheme.
@@ -216,8 +218,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     }
 
     /// Whether any lane has an overlap.
-    pub(crate) const fn laps(&self) -> bool {
-        self.lap.is_present()
+    pub(crate) const fn has_overlap(&self) -> bool {
+        self.overlap_step.is_present()
     }
 
     /// How the force loop is closed.
@@ -234,7 +236,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             compensation: Compensation::pack(&|i| &lane(i).compensation),
             feedforward: Feedforward::pack(&|i| &lane(i).feedforward),
             friction: Friction::pack(&|i| &lane(i).friction),
-            lap: Lap::pack(&|i| &lane(i).lap),
+            overlap_step: OverlapStep::pack(&|i| &lane(i).overlap_step),
             servovalve: ServovalveController::pack(&|i| &lane(i).servovalve),
             integral: Integral::pack(&|i| &lane(i).integral),
             limiter: Limiter::pack(&|i| &lane(i).limiter),
@@ -290,7 +292,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         if !self.feeds_forward {
             return S::splat(0.0);
         }
-        self.feedforward.step(feedforward, self.known_command(i), friction)
+        self.feedforward.step(feedforward, self.feedforward_command(i), friction)
     }
 
     /// The friction (N) at a velocity (m/s); `None` if no lane has any.
@@ -311,7 +313,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
 
     /// The command (N) that the feedforward uses.
     #[inline(always)]
-    fn known_command(&self, i: &ControllerInput<S>) -> S {
+    fn feedforward_command(&self, i: &ControllerInput<S>) -> S {
         S::select(self.looks_ahead, i.next_command, i.command)
     }
 }

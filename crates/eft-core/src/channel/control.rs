@@ -1,6 +1,6 @@
 //! The controller's part of a tick, and the sums of the learner's window.
 
-use crate::channel::state::{Believed, in_use};
+use crate::channel::state::{TrustedSignals, in_use};
 use crate::channel::{Channel, ChannelState, Parts};
 use crate::controller::{ControllerInput, ControllerOutput, Sample, Supply};
 use crate::learning::Moment;
@@ -18,33 +18,33 @@ impl<T: Real, const N: usize> Channel<T, N> {
         state: &mut ChannelState<T>,
         input: &Input<T>,
         measured: T,
-        believed: &Believed<T>,
+        trusted: &TrustedSignals<T>,
         path: impl FnOnce(T) -> T,
     ) -> ControllerOutput<T> {
-        let command = believed.command;
-        let asked = ControllerInput {
+        let command = trusted.command;
+        let controller_input = ControllerInput {
             command,
             next_command: if parts.looks_ahead { self.preview(state, input.next_command) } else { command },
-            velocity: believed.velocity,
-            force: believed.force,
-            spool: believed.spool,
+            velocity: trusted.velocity,
+            force: trusted.force,
+            spool: trusted.spool,
             supply_pressure: input.supply_pressure,
         };
         let supply = if parts.measures_supply {
-            self.controller.supply(&mut state.controller, asked.supply_pressure)
+            self.controller.supply(&mut state.controller, controller_input.supply_pressure)
         } else {
             Supply::nominal()
         };
         let sample = Sample {
-            ahead: parts.looks_ahead,
+            looks_ahead: parts.looks_ahead,
             integrates: parts.integrates,
-            laps: parts.laps,
-            friction: parts.rubs.then(|| self.controller.friction.against(asked.velocity)),
-            ..self.controller.sample(&state.controller, &asked, supply)
+            has_overlap: parts.has_overlap,
+            friction: parts.has_friction.then(|| self.controller.friction.against(controller_input.velocity)),
+            ..self.controller.sample(&state.controller, &controller_input, supply)
         };
-        if !sample.good {
-            self.lose(parts, state, measured);
-            return self.controller.refuse(&mut state.controller, sample, path);
+        if !sample.valid {
+            self.count_refused(parts, state, measured);
+            return self.controller.step_invalid(&mut state.controller, sample, path);
         }
         let watched = parts.plausibility.is_some();
         let summed = self.learns && !(watched && state.protection.is_tripped());
@@ -53,26 +53,29 @@ impl<T: Real, const N: usize> Channel<T, N> {
             state.window.add_command(true, state.controller.valve_command());
         }
         let calibration = if watched {
-            in_use(&state.calibrations, state.in_use.slot, &state.sound)
+            in_use(&state.calibrations, state.in_use.slot, &state.history)
         } else {
             state.in_use.slot.of(&state.calibrations)
         };
         // The same source is compiled twice, so that an ordinary tick does not pay for the one after a gap.
-        let out = if sample.rests {
-            let sample = Sample { good: true, rests: true, ..sample };
-            self.controller.follow(&mut state.controller, sample, calibration, path)
+        let out = if sample.resumes {
+            let sample = Sample { valid: true, resumes: true, ..sample };
+            self.controller.step_valid(&mut state.controller, sample, calibration, path)
         } else {
-            let sample = Sample { good: true, rests: false, ..sample };
-            self.controller.follow(&mut state.controller, sample, calibration, path)
+            let sample = Sample { valid: true, resumes: false, ..sample };
+            self.controller.step_valid(&mut state.controller, sample, calibration, path)
         };
         if summed {
-            let now = Moment { force: sample.carried(asked.force), command: sample.carried(command) };
-            state.window.add(true, measured, asked.spool, now);
+            let now = Moment {
+                force: sample.oil_force(controller_input.force),
+                command: sample.oil_force(command),
+            };
+            state.window.add(true, measured, controller_input.spool, now);
             if parts.measures_supply {
                 state.window.supply = supply.ratio;
             }
             if parts.realization == Realization::Analog {
-                state.window.add_sampled_command(true, input.valve_command, asked.spool);
+                state.window.add_sampled_command(true, input.valve_command, controller_input.spool);
             }
         } else if self.learns {
             state.window.lose(true);
@@ -82,7 +85,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
 
     /// Counts a tick that the controller refuses.
     #[inline(always)]
-    fn lose(&self, parts: Parts<'_, T, N>, state: &mut ChannelState<T>, measured: T) {
+    fn count_refused(&self, parts: Parts<'_, T, N>, state: &mut ChannelState<T>, measured: T) {
         if self.learns {
             state.window.lose(true);
         }

@@ -24,8 +24,8 @@ pub struct ChannelState<T: Real> {
     pub(super) ticks_left: u32,
     pub(super) window: Window<T>,
     /// The calibration of this window, and that of the next one if it is known.
-    pub(super) in_use: Choice,
-    pub(super) next: Choice,
+    pub(super) in_use: CalibrationChoice,
+    pub(super) next: CalibrationChoice,
     /// Windows until the latest calibration expires.
     pub(super) windows_left: u32,
     pub(super) velocity: VelocityState<T>,
@@ -35,10 +35,10 @@ pub struct ChannelState<T: Real> {
     /// first estimate.
     pub(super) velocity_gap: u32,
     /// Earlier calibrations, to return to when a sensor proves wrong.
-    pub(super) sound: Sound<T>,
+    pub(super) history: CalibrationHistory<T>,
     pub(super) stuck: StuckWatchState<T>,
 }
-integrity!(ChannelState<T>: calibrations, controller, velocity, protection, plausibility, velocity_gap, ticks_left, window, in_use, next, windows_left, sound, stuck);
+integrity!(ChannelState<T>: calibrations, controller, velocity, protection, plausibility, velocity_gap, ticks_left, window, in_use, next, windows_left, history, stuck);
 
 /// One of two places, by the lowest bit. After a memory fault the number still is one of them.
 // A word wide, so that a tick copies it together with the flags.
@@ -79,23 +79,23 @@ impl Slot {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(super) struct Choice {
+pub(super) struct CalibrationChoice {
     pub(super) slot: Slot,
     pub(super) flags: u32,
 }
-integrity!(Choice: slot, flags);
+integrity!(CalibrationChoice: slot, flags);
 
 impl<T: Real> ChannelState<T> {
     /// Ticks without an estimate of the velocity before one that is lost.
     #[inline(always)]
     pub(super) fn velocity_gap_before(&self) -> u32 {
-        let goes_on = self.controller.lost() > 0 || self.velocity_gap == NEVER;
-        if goes_on { self.velocity_gap } else { 0 }
+        let continues = self.controller.refused_samples() > 0 || self.velocity_gap == NEVER;
+        if continues { self.velocity_gap } else { 0 }
     }
 
     /// The calibration in use.
     pub fn calibration(&self) -> &Calibration<T> {
-        in_use(&self.calibrations, self.in_use.slot, &self.sound)
+        in_use(&self.calibrations, self.in_use.slot, &self.history)
     }
 
     /// A checksum of every number of the state, to compare after one tick and before the next. Between two ticks only
@@ -154,41 +154,41 @@ impl<T: Real> ChannelState<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(super) struct Sound<T: Real> {
-    kept: [Calibration<T>; 2],
+pub(super) struct CalibrationHistory<T: Real> {
+    calibrations: [Calibration<T>; 2],
     older: Slot,
     /// Set when the channel has returned to the older one. That is final; only its delays may become shorter.
-    gone_back: bool,
+    restored: bool,
 }
-integrity!(Sound<T>: kept, older, gone_back);
+integrity!(CalibrationHistory<T>: calibrations, older, restored);
 
 /// Windows between two calibrations that are kept.
-const KEPT_EVERY: u32 = 128;
+const WINDOWS_BETWEEN: u32 = 128;
 
-impl<T: Real> Sound<T> {
+impl<T: Real> CalibrationHistory<T> {
     pub(super) fn new(nominal: Calibration<T>) -> Self {
-        Self { kept: [nominal; 2], older: Slot::FIRST, gone_back: false }
+        Self { calibrations: [nominal; 2], older: Slot::FIRST, restored: false }
     }
 
     /// Keeps every n-th calibration, in place of the older one.
     #[inline(always)]
-    pub(super) fn keep(&mut self, calibration: &Calibration<T>) {
-        if calibration.window.is_multiple_of(KEPT_EVERY) && !self.gone_back {
-            self.older.put(&mut self.kept, calibration);
+    pub(super) fn record(&mut self, calibration: &Calibration<T>) {
+        if calibration.window.is_multiple_of(WINDOWS_BETWEEN) && !self.restored {
+            self.older.put(&mut self.calibrations, calibration);
             self.older = self.older.other();
         }
     }
 
     /// Returns to the older one.
     #[inline(always)]
-    pub(super) fn go_back(&mut self) {
-        self.gone_back = true;
+    pub(super) fn restore(&mut self) {
+        self.restored = true;
     }
 
     /// Gives the older one the delays of another calibration, if these are shorter together. Its gain stays.
     #[inline(always)]
-    pub(super) fn lead_less(&mut self, other: &Calibration<T>) {
-        let Some(older) = self.older.of_mut(&mut self.kept) else { return };
+    pub(super) fn reduce_lead(&mut self, other: &Calibration<T>) {
+        let Some(older) = self.older.of_mut(&mut self.calibrations) else { return };
         if other.response_delay + other.velocity_delay < older.response_delay + older.velocity_delay {
             older.lead = LeadNetwork::of(other.lead.pole(), other.lead.rate(), older.lead.gain());
             (older.response_delay, older.velocity_delay) = (other.response_delay, other.velocity_delay);
@@ -201,14 +201,14 @@ impl<T: Real> Sound<T> {
 pub(super) fn in_use<'a, T: Real>(
     calibrations: &'a [Calibration<T>; 2],
     slot: Slot,
-    sound: &'a Sound<T>,
+    history: &'a CalibrationHistory<T>,
 ) -> &'a Calibration<T> {
-    if sound.gone_back { sound.older.of(&sound.kept) } else { slot.of(calibrations) }
+    if history.restored { history.older.of(&history.calibrations) } else { slot.of(calibrations) }
 }
 
 /// The values of a tick that controller and trip levels use.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Believed<T> {
+pub(super) struct TrustedSignals<T> {
     pub(super) command: T,
     pub(super) force: T,
     pub(super) displacement: T,

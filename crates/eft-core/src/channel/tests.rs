@@ -1,11 +1,11 @@
 #![allow(clippy::float_cmp, reason = "bits are compared on purpose")]
 
-mod belief;
 mod configuration;
 mod learning;
 mod parts;
 mod samples;
 mod trips;
+mod trusted_signals;
 
 use super::*;
 use crate::cause::Cause;

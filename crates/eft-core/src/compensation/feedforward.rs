@@ -133,12 +133,12 @@ mod tests {
     fn friction_takes_the_flow_of_an_equal_force_and_stays_where_none_is_given() {
         let feedforward = Feedforward::<f64>::new(&Parameters::ZHAO2005).unwrap();
         let mut state = feedforward.at_rest(1000.0, Some(-80.0));
-        let mut together = feedforward.at_rest(920.0, None);
+        let mut combined = feedforward.at_rest(920.0, None);
         let reversed = feedforward.step(&mut state, 1010.0, Some(80.0));
-        assert!((reversed - feedforward.step(&mut together, 1090.0, None)).abs() < 1e-18);
+        assert!((reversed - feedforward.step(&mut combined, 1090.0, None)).abs() < 1e-18);
         feedforward.step(&mut state, 1010.0, None);
         let held = feedforward.step(&mut state, 1010.0, Some(80.0));
-        let rest = feedforward.step(&mut together, 1090.0, None);
+        let rest = feedforward.step(&mut combined, 1090.0, None);
         assert!((held - rest).abs() < 1e-18, "{held} {rest}");
     }
 

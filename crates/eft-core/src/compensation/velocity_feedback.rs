@@ -182,7 +182,7 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
     }
 
     /// The compensation signal (V) that the null of a calibration needs beyond [`null_signal`](Self::null_signal).
-    pub(crate) fn missed_null_signal(&self, calibration: &Calibration<S>) -> S {
+    pub(crate) fn residual_null_signal(&self, calibration: &Calibration<S>) -> S {
         self.null_opening(calibration) * self.lead.gain() - self.null_signal(calibration)
     }
 

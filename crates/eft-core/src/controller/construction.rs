@@ -1,6 +1,6 @@
 //! A controller from the rig's parameters.
 
-use crate::compensation::{Compensation, Feedforward, Friction, Lap};
+use crate::compensation::{Compensation, Feedforward, Friction, OverlapStep};
 use crate::controller::{Controller, gap};
 use crate::error::{ConfigError, check};
 use crate::force_loop::{Integral, Limiter, ServovalveController};
@@ -23,7 +23,7 @@ macro_rules! constructor {
                 compensation: Compensation::<$t, N>::EMPTY,
                 feedforward: Feedforward::<$t>::OFF,
                 friction: Friction::<$t>::NONE,
-                lap: Lap::<$t>::NONE,
+                overlap_step: OverlapStep::<$t>::NONE,
                 servovalve: ServovalveController::<$t>::NONE,
                 limiter: Limiter::<$t>::CLOSED,
                 per_supply_pressure: 0.0,
@@ -42,7 +42,7 @@ macro_rules! constructor {
                     self.feedforward = check!(Feedforward::<$t>::new(p));
                 }
                 self.friction = check!(Friction::<$t>::new(p));
-                self.lap = check!(Lap::<$t>::new(p));
+                self.overlap_step = check!(OverlapStep::<$t>::new(p));
                 self.servovalve = check!(ServovalveController::<$t>::new(p));
                 self.limiter =
                     check!(Limiter::<$t>::new(p.valve_command, p.valve_command_rate, p.sample_rate));

@@ -39,7 +39,7 @@ impl<S: Scalar> Supply<S> {
 
     /// The flag of a last valid pressure in place of the present one.
     #[inline(always)]
-    pub(super) fn held(&self) -> S::Flags {
+    pub(super) fn held_flag(&self) -> S::Flags {
         S::flag(!self.valid, status::STUCK_MEASUREMENT)
     }
 }
@@ -50,15 +50,15 @@ pub(crate) struct Sample<'a, S: Scalar> {
     pub(crate) input: &'a ControllerInput<S>,
     pub(crate) supply: Supply<S>,
     /// Where command and measurements are valid.
-    pub(crate) good: S::Mask,
+    pub(crate) valid: S::Mask,
     /// Where it follows a gap: a good sample then resumes.
-    pub(crate) rests: S::Mask,
+    pub(crate) resumes: S::Mask,
     /// Whether any lane looks ahead.
-    pub(crate) ahead: bool,
+    pub(crate) looks_ahead: bool,
     /// Whether any lane's force loop has an integral part.
     pub(crate) integrates: bool,
     /// Whether any lane has an overlap.
-    pub(crate) laps: bool,
+    pub(crate) has_overlap: bool,
     /// Friction (N) of the seals; `None` if no lane has any.
     pub(crate) friction: Option<S>,
 }
@@ -66,7 +66,7 @@ pub(crate) struct Sample<'a, S: Scalar> {
 impl<S: Scalar> Sample<'_, S> {
     /// The force (N) that the oil carries if this one (N) acts on the specimen.
     #[inline(always)]
-    pub(crate) fn carried(&self, force: S) -> S {
+    pub(crate) fn oil_force(&self, force: S) -> S {
         self.friction.map_or(force, |friction| force + friction)
     }
 }

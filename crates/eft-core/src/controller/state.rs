@@ -15,15 +15,15 @@ pub struct ControllerState<S: Scalar> {
     pub(super) servovalve: ServovalveControllerState<S>,
     pub(super) valve_command: S,
     /// Samples in a row that were refused.
-    pub(super) lost: S::Flags,
+    pub(super) refused_samples: S::Flags,
     /// The force loop's integral (V).
     pub(super) integral: S,
     /// The last valid ratio of the measured supply pressure to the configured one, less 1 (1).
     pub(super) supply: S,
     /// The low-passed opening (1) of a valve without overlap.
-    pub(super) smooth: S,
+    pub(super) low_passed_opening: S,
 }
-integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, lost, integral, supply, smooth);
+integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, refused_samples, integral, supply, low_passed_opening);
 
 impl<S: Scalar> ControllerState<S> {
     /// The last valve command (V).
@@ -39,15 +39,15 @@ impl<S: Scalar> ControllerState<S> {
     }
 
     /// Samples in a row that were refused.
-    pub(crate) const fn lost(&self) -> S::Flags {
-        self.lost
+    pub(crate) const fn refused_samples(&self) -> S::Flags {
+        self.refused_samples
     }
 
     /// Counts a sample as `good` or refused.
     #[inline(always)]
-    pub(super) fn count(&mut self, good: S::Mask) {
-        let counted = |i| if good.lane(i) { 0 } else { self.lost.lane(i).saturating_add(1) };
-        self.lost = S::Flags::from_lanes(counted);
+    pub(super) fn count(&mut self, valid: S::Mask) {
+        let counted = |i| if valid.lane(i) { 0 } else { self.refused_samples.lane(i).saturating_add(1) };
+        self.refused_samples = S::Flags::from_lanes(counted);
     }
 
     #[inline(always)]
@@ -55,11 +55,11 @@ impl<S: Scalar> ControllerState<S> {
         Self {
             compensation: CompensationState::select(mask, yes.compensation, no.compensation),
             feedforward: FeedforwardState::select(mask, yes.feedforward, no.feedforward),
-            smooth: S::select(mask, yes.smooth, no.smooth),
+            low_passed_opening: S::select(mask, yes.low_passed_opening, no.low_passed_opening),
             servovalve: ServovalveControllerState::select(mask, yes.servovalve, no.servovalve),
             integral: S::select(mask, yes.integral, no.integral),
             valve_command: S::select(mask, yes.valve_command, no.valve_command),
-            lost: S::select_flags(mask, yes.lost, no.lost),
+            refused_samples: S::select_flags(mask, yes.refused_samples, no.refused_samples),
             supply: S::select(mask, yes.supply, no.supply),
         }
     }

@@ -13,11 +13,11 @@ use crate::number::Real;
 pub struct VelocityObserver<T> {
     period: T,
     half_square: T,
-    on_displacement: T,
-    on_velocity: T,
-    on_drift: T,
+    displacement_gain: T,
+    velocity_gain: T,
+    drift_gain: T,
 }
-integrity!(VelocityObserver<T>: period, half_square, on_displacement, on_velocity, on_drift);
+integrity!(VelocityObserver<T>: period, half_square, displacement_gain, velocity_gain, drift_gain);
 
 /// The state of an observer, made by [`VelocityObserver::at_rest`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -47,12 +47,12 @@ impl<T: Real> VelocityObserver<T> {
             return T::splat(f64::NAN);
         }
         let mean = T::splat(0.5) * (state.acceleration + acceleration) + state.drift;
-        let foreseen = state.displacement + self.period * state.velocity + self.half_square * mean;
-        let error = displacement - foreseen;
+        let predicted = state.displacement + self.period * state.velocity + self.half_square * mean;
+        let innovation = displacement - predicted;
         *state = VelocityObserverState {
-            displacement: foreseen + self.on_displacement * error,
-            velocity: state.velocity + self.period * mean + self.on_velocity * error,
-            drift: state.drift + self.on_drift * error,
+            displacement: predicted + self.displacement_gain * innovation,
+            velocity: state.velocity + self.period * mean + self.velocity_gain * innovation,
+            drift: state.drift + self.drift_gain * innovation,
             acceleration,
         };
         state.velocity
@@ -131,9 +131,9 @@ macro_rules! constructor {
                 Ok(Self {
                     period: period as $t,
                     half_square: (0.5 * period * period) as $t,
-                    on_displacement: displacement as $t,
-                    on_velocity: velocity as $t,
-                    on_drift: drift as $t,
+                    displacement_gain: displacement as $t,
+                    velocity_gain: velocity as $t,
+                    drift_gain: drift as $t,
                 })
             }
         }
@@ -163,9 +163,9 @@ mod tests {
         let velocity = observer().step(&mut state, 0.03, 9.0);
         // The mean of both accelerations and the drift, for 10 ms.
         let mean = 7.0 - 3.0;
-        let foreseen = 0.02 + 0.01 * 0.7 + 0.5 * 1e-4 * mean;
-        let error = 0.03 - foreseen;
-        near("displacement", state.displacement, foreseen + 0.25 * error);
+        let predicted = 0.02 + 0.01 * 0.7 + 0.5 * 1e-4 * mean;
+        let error = 0.03 - predicted;
+        near("displacement", state.displacement, predicted + 0.25 * error);
         near("velocity", state.velocity, 0.7 + 0.01 * mean + 30.0 * error);
         near("drift", state.drift, -3.0 + 500.0 * error);
         near("acceleration", state.acceleration, 9.0);

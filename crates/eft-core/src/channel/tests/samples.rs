@@ -71,22 +71,22 @@ fn an_invalid_supply_pressure_is_replaced_by_the_last_valid_one() {
     // A ratio below one returns to one, slowly.
     let held = |ratio: f64| nominal * (1.0 - (1.0 - ratio) * (1.0 - 1.0 / 2048.0));
     for wrong in [f64::NAN, f64::INFINITY, -nominal, 0.0, 0.04 * nominal, 4.1 * nominal] {
-        let (mut state, mut sound) = (channel.at_rest(), channel.at_rest());
+        let (mut state, mut healthy) = (channel.at_rest(), channel.at_rest());
         // Before any valid one it is the configured pressure.
         let pressures = [nominal, 1.3 * nominal, 1.3 * nominal, 0.8 * nominal, held(0.8), 0.9 * nominal];
         for (tick, pressure) in (0..).zip(pressures) {
             let good = Input { supply_pressure: pressure, ..swing(tick) };
             let lost = tick % 2 == 0;
             let given = if lost { Input { supply_pressure: wrong, ..good } } else { good };
-            let (out, like) = (channel.step(&mut state, &given), channel.step(&mut sound, &good));
+            let (out, like) = (channel.step(&mut state, &given), channel.step(&mut healthy, &good));
             assert!((out.voltage - like.voltage).abs() < 1e-12, "{wrong}, tick {tick}: {out:?} {like:?}");
             assert_eq!(out.status, like.status | if lost { status::STUCK_MEASUREMENT } else { 0 });
         }
         // And a prime goes on from it.
         let lost = Input { supply_pressure: wrong, ..swing(6) };
         channel.prime(&mut state, &lost);
-        channel.prime(&mut sound, &Input { supply_pressure: held(0.9), ..lost });
-        let (out, like) = (channel.step(&mut state, &lost), channel.step(&mut sound, &lost));
+        channel.prime(&mut healthy, &Input { supply_pressure: held(0.9), ..lost });
+        let (out, like) = (channel.step(&mut state, &lost), channel.step(&mut healthy, &lost));
         assert!((out.voltage - like.voltage).abs() < 1e-12, "{wrong}: {out:?} {like:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! What the output is after a trip and without one, and with an open force loop.
 
 use super::*;
-use crate::channel::state::Sound;
+use crate::channel::state::CalibrationHistory;
 use crate::parameters::Levels;
 use crate::table::FlowTable;
 
@@ -184,7 +184,7 @@ fn an_opened_loop_compensates_for_the_null_bias_and_not_for_a_fault() {
         let mut calibration = *state.calibration();
         calibration.null_offset = learned;
         calibration.null_signal = learned / (rig.proportional_gain * rig.valve_gain);
-        state.sound = Sound::new(calibration);
+        state.history = CalibrationHistory::new(calibration);
         let mut voltage = |force: f64, spool: f64, ticks: u32, opens: bool| {
             let input = Input { command: 0.0, velocity: 0.0, displacement: 0.0, force, spool, ..still(0) };
             let mut last = f64::NAN;

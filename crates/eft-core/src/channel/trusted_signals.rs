@@ -1,7 +1,7 @@
 //! The measurements and the command that controller and trip levels use.
 
 use crate::cause::Cause;
-use crate::channel::state::Believed;
+use crate::channel::state::TrustedSignals;
 use crate::channel::{Channel, ChannelState, Parts};
 use crate::number::Real;
 use crate::parameters::Realization;
@@ -13,18 +13,18 @@ use crate::status;
 use crate::velocity::Velocity;
 
 /// Share of the force loop's gains that is removed after a trip while the displacement's derivative replaces the velocity.
-const SOFTER: f64 = 0.5;
+const GAIN_REDUCTION: f64 = 0.5;
 
 impl<T: Real, const N: usize> Channel<T, N> {
     /// Selects the trusted measurements, and replaces the others.
     #[inline(always)]
-    pub(super) fn believe(
+    pub(super) fn select_trusted(
         &self,
         watch: &Plausibility<T, N>,
         state: &mut ChannelState<T>,
         input: &Input<T>,
-        mut believed: Believed<T>,
-    ) -> Believed<T> {
+        mut trusted: TrustedSignals<T>,
+    ) -> TrustedSignals<T> {
         let supply = self.controller.supply(&mut state.controller, input.supply_pressure).ratio;
         let calibration = state.calibration();
         let controller = ControllerValues {
@@ -38,9 +38,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
             supply,
             tripped: state.protection.is_tripped(),
         };
-        let cause = watch.judge(&mut state.plausibility, input, believed.velocity, &controller);
+        let cause = watch.judge(&mut state.plausibility, input, trusted.velocity, &controller);
         let (cause, pressure_failed) = watch.compare_pressure(&mut state.plausibility, input, cause);
-        believed.status |= pressure_failed;
+        trusted.status |= pressure_failed;
         state.plausibility.distrust(cause);
         match cause {
             Cause::ForceLost | Cause::ForceImplausible => state.protection.shut_down_by(cause),
@@ -57,138 +57,140 @@ impl<T: Real, const N: usize> Channel<T, N> {
             (VELOCITY, status::VELOCITY_DISTRUSTED),
             (SPOOL, status::SPOOL_DISTRUSTED),
         ];
-        let doubted = |signal: usize| distrusted.get(signal).copied().unwrap_or(false);
+        let is_distrusted = |signal: usize| distrusted.get(signal).copied().unwrap_or(false);
         for (signal, flag) in flags {
-            believed.status |= if doubted(signal) { flag } else { 0 };
+            trusted.status |= if is_distrusted(signal) { flag } else { 0 };
         }
         // A force far from its command may be wrong as well, and opens the loop.
-        let opened = state.protection.is_shut_down();
-        if state.protection.cause().is_of_sensors() || opened {
+        let loop_open = state.protection.is_shut_down();
+        if state.protection.cause().is_of_sensors() || loop_open {
             // What was learned while the sensor was wrong is discarded.
-            state.sound.go_back();
-            if (doubted(FORCE) || opened) && !matches!(self.velocity, Velocity::Sensor) {
+            state.history.restore();
+            if (is_distrusted(FORCE) || loop_open) && !matches!(self.velocity, Velocity::Sensor) {
                 // The delay of an estimate depends on the motion's frequency, which changes when the loop opens. Too much
                 // lead makes a growing swing then, and too little a damped one.
-                state.sound.lead_less(&self.controller.nominal());
+                state.history.reduce_lead(&self.controller.nominal());
             }
         }
         if state.protection.is_tripped() {
             // A held valve command would go on with the noise of its last sample.
             let [force, _, velocity, spool] = state.plausibility.accepted();
             let or_last = |reading: T, last: T| if reading.is_finite() { reading } else { last };
-            believed.force = or_last(believed.force, force);
-            believed.spool = or_last(believed.spool, spool);
+            trusted.force = or_last(trusted.force, force);
+            trusted.spool = or_last(trusted.spool, spool);
             if matches!(self.velocity, Velocity::Sensor) {
-                believed.velocity = or_last(believed.velocity, velocity);
+                trusted.velocity = or_last(trusted.velocity, velocity);
             }
         }
         let zero = T::splat(0.0);
-        if doubted(FORCE) {
-            believed.force = zero;
+        if is_distrusted(FORCE) {
+            trusted.force = zero;
         }
-        if doubted(DISPLACEMENT) {
-            believed.displacement = zero;
+        if is_distrusted(DISPLACEMENT) {
+            trusted.displacement = zero;
         }
-        if doubted(SPOOL) {
-            believed.spool = state.plausibility.spool();
+        if is_distrusted(SPOOL) {
+            trusted.spool = state.plausibility.spool();
         }
-        let estimated = !matches!(self.velocity, Velocity::Sensor);
-        if doubted(DISPLACEMENT) && (doubted(VELOCITY) || estimated) {
-            if doubted(FORCE) || doubted(SPOOL) {
+        let estimates_velocity = !matches!(self.velocity, Velocity::Sensor);
+        if is_distrusted(DISPLACEMENT) && (is_distrusted(VELOCITY) || estimates_velocity) {
+            if is_distrusted(FORCE) || is_distrusted(SPOOL) {
                 // Nothing shows the motion any more, so the valve closes from its present opening.
                 state.protection.shut_down_by(cause);
                 state.protection.lose_motion();
-                believed.velocity = T::splat(f64::NAN);
+                trusted.velocity = T::splat(f64::NAN);
             } else {
                 state.protection.take_motion_by_flow();
-                believed.velocity = state.plausibility.velocity_by_flow();
+                trusted.velocity = state.plausibility.velocity_by_flow();
             }
-        } else if doubted(VELOCITY) || doubted(FORCE) && matches!(self.velocity, Velocity::Observer(..)) {
+        } else if is_distrusted(VELOCITY)
+            || is_distrusted(FORCE) && matches!(self.velocity, Velocity::Observer(..))
+        {
             // An observer of displacement and force contains the wrong force.
-            believed.velocity = state.plausibility.velocity();
+            trusted.velocity = state.plausibility.velocity();
         }
         if state.plausibility.force_jumped() {
-            believed.status |= status::FORCE_LOOP_OPEN;
+            trusted.status |= status::FORCE_LOOP_OPEN;
         }
-        believed
+        trusted
     }
 
     /// Lets the protection limit the command. After a trip it also replaces the velocity that is compensated for. Returns
     /// the authority over the valve.
     #[inline(always)]
-    pub(super) fn permit(
+    pub(super) fn limit_command(
         &self,
         parts: Parts<'_, T, N>,
         state: &mut ChannelState<T>,
         input: &Input<T>,
-        believed: &mut Believed<T>,
+        trusted: &mut TrustedSignals<T>,
     ) -> T {
         let Some(protection) = parts.protection else {
             return T::splat(1.0);
         };
-        let Believed { command, force, displacement, velocity, spool, .. } = *believed;
+        let TrustedSignals { command, force, displacement, velocity, spool, .. } = *trusted;
         let (alive, period) = (input.alive, input.period);
         let protected = protection.step(
             &mut state.protection,
             &ProtectionInput { command, force, displacement, velocity, spool, alive, period },
         );
-        believed.command = protected.command;
-        believed.status |= protected.status;
+        trusted.command = protected.command;
+        trusted.status |= protected.status;
         if let Some(watch) = parts.plausibility {
-            believed.velocity = self.compensated(watch, state, believed, &protected);
+            trusted.velocity = self.compensated_velocity(watch, state, trusted, &protected);
             let mut brake = T::splat(0.0);
             if protected.open {
                 // Without a force error the loop is open, and leakage damps the oil's spring.
-                believed.force = protected.command;
-                believed.status |= status::FORCE_LOOP_OPEN;
+                trusted.force = protected.command;
+                trusted.status |= status::FORCE_LOOP_OPEN;
                 // A wrong force has wound the integral up.
                 state.controller.forget();
             } else if let Some(share) = state.protection.braking() {
-                brake = watch.brake(&mut state.plausibility, believed.velocity, share);
+                brake = watch.brake(&mut state.plausibility, trusted.velocity, share);
             }
             let command = state.protection.apply_brake(brake, protected.command);
-            believed.command = command;
+            trusted.command = command;
             if let (Some(share), false) = (state.protection.braking(), protected.open)
-                && believed.status & status::VELOCITY_DISTRUSTED != 0
+                && trusted.status & status::VELOCITY_DISTRUSTED != 0
             {
                 // The displacement's derivative is late. In a stiff force loop it makes the oil column unstable.
-                let soft = T::splat(1.0) - T::splat(SOFTER) * share;
-                believed.force = command - soft * (command - believed.force);
+                let soft = T::splat(1.0) - T::splat(GAIN_REDUCTION) * share;
+                trusted.force = command - soft * (command - trusted.force);
             }
         }
         protected.authority
     }
 
-    /// The velocity (m/s) to compensate for. Without a trip it is the believed one. After a trip it is lower, and
+    /// The velocity (m/s) to compensate for. Without a trip it is the trusted one. After a trip it is lower, and
     /// an open loop follows the piston without the unknown null bias.
     #[inline(always)]
-    fn compensated(
+    fn compensated_velocity(
         &self,
         watch: &Plausibility<T, N>,
         state: &mut ChannelState<T>,
-        believed: &Believed<T>,
+        trusted: &TrustedSignals<T>,
         protected: &Protected<T>,
     ) -> T {
         let zero = T::splat(0.0);
-        let follows = protected.open && self.doubts_velocity(state);
+        let follows = protected.open && self.distrusts_velocity(state);
         let velocity = if follows {
-            watch.agreed_velocity(&state.plausibility, believed.velocity)
+            watch.agreed_velocity(&state.plausibility, trusted.velocity)
         } else {
-            believed.velocity
+            trusted.velocity
         };
         // Without a motion there is nothing to follow, and a closed valve drifts least.
-        let rests = protected.open && watch.is_at_rest(&state.plausibility);
-        let velocity = velocity * if rests { zero } else { protected.level };
+        let at_rest = protected.open && watch.is_at_rest(&state.plausibility);
+        let velocity = velocity * if at_rest { zero } else { protected.level };
         let velocity = if protected.open && !state.protection.has_motion_by_flow() {
             let (added, corrects) = (self.added_null(state), self.controller.corrects());
-            velocity - watch.offset_velocity(&state.plausibility, added, believed.spool, corrects)
+            velocity - watch.offset_velocity(&state.plausibility, added, trusted.spool, corrects)
         } else {
             velocity
         };
         let source = protected.status & (status::TRIPPED | status::SHUT_DOWN)
-            | believed.status & status::VELOCITY_DISTRUSTED
+            | trusted.status & status::VELOCITY_DISTRUSTED
             | u32::from(follows)
-            | u32::from(rests) << 1
+            | u32::from(at_rest) << 1
             | u32::from(state.protection.has_motion_by_flow()) << 2;
         watch.fade_source(&mut state.plausibility, velocity, source)
     }
@@ -216,13 +218,13 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// Whether the velocity may be wrong although the force is blamed. If the displacement is blamed and the force then
     /// leaves its command, the velocity was wrong unless the flow still speaks against the displacement.
     #[inline(always)]
-    pub(super) fn doubts_velocity(&self, state: &ChannelState<T>) -> bool {
+    pub(super) fn distrusts_velocity(&self, state: &ChannelState<T>) -> bool {
         let [force, displacement, ..] = state.plausibility.distrusted();
         let cause = state.protection.cause();
         let balance = state.plausibility.blames_balance() || cause == Cause::ForceLevel;
         let contradicted =
             cause == Cause::DisplacementImplausible && state.plausibility.contradicts_velocity();
-        let doubted = if displacement { contradicted && !force } else { balance };
-        doubted && matches!(self.velocity, Velocity::Sensor)
+        let distrusted = if displacement { contradicted && !force } else { balance };
+        distrusted && matches!(self.velocity, Velocity::Sensor)
     }
 }

@@ -1,7 +1,7 @@
 //! What takes the place of distrusted measurements, and which flags say so.
 
 use super::*;
-use crate::channel::state::Sound;
+use crate::channel::state::CalibrationHistory;
 use crate::compensation::{Calibration, LeadNetwork};
 use crate::parameters::{Levels, VelocitySource};
 
@@ -44,8 +44,8 @@ fn the_force_loop_is_open_while_the_force_jumps() {
         let output = channel.step(&mut state, &Input { force, ..swing(60) });
         output.status & status::FORCE_LOOP_OPEN != 0
     };
-    let sound = swing(60).force;
-    assert_eq!([sound, 2e5, sound].map(&mut opens), [false, true, false]);
+    let healthy = swing(60).force;
+    assert_eq!([healthy, 2e5, healthy].map(&mut opens), [false, true, false]);
 }
 
 #[test]
@@ -98,7 +98,7 @@ fn a_force_that_contradicts_the_flow_leaves_the_velocity_in_doubt() {
     let mut state = channel.at_rest();
     state.protection.trip_by(Cause::ForceImplausible);
     state.plausibility.distrust(Cause::ForceImplausible);
-    assert!(!channel.doubts_velocity(&state));
+    assert!(!channel.distrusts_velocity(&state));
     // A force of wrong sign while the oil of a held piston is compressed. The balance contains the velocity as well.
     let (mut state, mut tripped) = (channel.at_rest(), false);
     let (size, turn) = (4e3, 0.05);
@@ -113,18 +113,18 @@ fn a_force_that_contradicts_the_flow_leaves_the_velocity_in_doubt() {
         tripped |= output.status & status::TRIPPED != 0;
     }
     assert!(tripped && state.cause() == Cause::ForceImplausible, "{:?}", state.cause());
-    assert!(channel.doubts_velocity(&state));
+    assert!(channel.distrusts_velocity(&state));
 }
 
 #[test]
 fn after_a_force_level_the_velocity_is_doubted_and_after_another_level_not() {
     let channel = watched();
-    for (cause, doubted) in
+    for (cause, distrusted) in
         [(Cause::ForceLevel, true), (Cause::DisplacementLevel, false), (Cause::Request, false)]
     {
         let mut state = channel.at_rest();
         state.protection.trip_by(cause);
-        assert_eq!(channel.doubts_velocity(&state), doubted, "{cause:?}");
+        assert_eq!(channel.distrusts_velocity(&state), distrusted, "{cause:?}");
     }
 }
 
@@ -133,15 +133,15 @@ fn after_a_blamed_displacement_the_flow_decides_whether_the_velocity_is_doubted(
     let channel = watched();
     let travel = |tick: u32| 0.2 / (0.01 * RIG.sample_rate) * (1.0 - libm::cos(0.01 * f64::from(tick)));
     let swing = |tick: u32| Input { displacement: travel(tick), ..swing(tick) };
-    let mut sound = channel.at_rest();
+    let mut healthy = channel.at_rest();
     for tick in 0..60 {
-        channel.step(&mut sound, &swing(tick));
+        channel.step(&mut healthy, &swing(tick));
     }
-    for (velocity_turns, doubted) in [(false, false), (true, true)] {
-        let mut state = sound;
+    for (velocity_turns, distrusted) in [(false, false), (true, true)] {
+        let mut state = healthy;
         state.protection.trip_by(Cause::DisplacementImplausible);
         state.plausibility.distrust(Cause::DisplacementImplausible);
-        assert!(!channel.doubts_velocity(&state));
+        assert!(!channel.distrusts_velocity(&state));
         for tick in 60..120 {
             let (input, stuck) = (swing(tick), swing(60).displacement);
             let input = if velocity_turns {
@@ -153,10 +153,10 @@ fn after_a_blamed_displacement_the_flow_decides_whether_the_velocity_is_doubted(
             };
             channel.step(&mut state, &input);
         }
-        assert_eq!(channel.doubts_velocity(&state), doubted, "{velocity_turns}");
+        assert_eq!(channel.distrusts_velocity(&state), distrusted, "{velocity_turns}");
         // A force that is blamed as well was wrong.
         state.plausibility.distrust(Cause::ForceLost);
-        assert!(!channel.doubts_velocity(&state));
+        assert!(!channel.distrusts_velocity(&state));
     }
 }
 
@@ -232,7 +232,7 @@ fn without_force_and_velocity_sensor_the_shorter_of_learned_and_configured_delay
             let nominal = *state.calibration();
             // Another gain of the lead network, as a guard leaves it.
             let lead = LeadNetwork::of(0.5, 3.0, 0.9 * nominal.lead.gain());
-            state.sound = Sound::new(Calibration { velocity_delay: learned, lead, ..nominal });
+            state.history = CalibrationHistory::new(Calibration { velocity_delay: learned, lead, ..nominal });
             state.plausibility.distrust(cause);
             state.protection.trip_by(cause);
             channel.step(&mut state, &swing(0));

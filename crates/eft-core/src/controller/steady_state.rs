@@ -17,36 +17,41 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     ) -> ControllerState<S> {
         // After long at one command, the next one is the same.
         let input = &ControllerInput { next_command: input.command, ..*input };
-        let good = self.accepts(input);
+        let valid = self.accepts(input);
         ControllerState::select(
-            good,
-            self.settled(before, input, calibration),
+            valid,
+            self.steady_state(before, input, calibration),
             self.at_rest_with(calibration),
         )
     }
 
     /// The steady state at a valid input.
-    fn settled(
+    fn steady_state(
         &self,
         before: &ControllerState<S>,
         input: &ControllerInput<S>,
         calibration: &Calibration<S>,
     ) -> ControllerState<S> {
         let friction = self.friction(input.velocity);
-        let feedforward = self.feedforward.at_rest(self.known_command(input), friction);
+        let feedforward = self.feedforward.at_rest(self.feedforward_command(input), friction);
         let mut measured = *before;
         let supply = self.supply(&mut measured, input.supply_pressure);
         let further_flow = self.further_flow(&mut { feedforward }, input, friction);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
         let expected = S::select(self.looks_ahead, command, force);
-        let carried = friction.map_or(expected, |friction| expected + friction);
+        let oil_force = friction.map_or(expected, |friction| expected + friction);
         let sample =
-            CompensationInput { velocity, force: carried, spool, supply: supply.ratio, further_flow };
+            CompensationInput { velocity, force: oil_force, spool, supply: supply.ratio, further_flow };
         let (opening, _) = self.compensation.required_opening(&sample, calibration);
-        let smooth = self.lap.together(opening, command - force, before.integral);
-        let opening = if self.laps() { self.lap.over(smooth, opening) } else { opening };
-        let rested = CompensationState::default().resumed(S::Mask::splat(true), opening);
-        let compensation = self.compensation.advance(&rested, opening, calibration);
+        let low_passed_opening =
+            self.overlap_step.combined_opening(opening, command - force, before.integral);
+        let opening = if self.has_overlap() {
+            self.overlap_step.add_step(low_passed_opening, opening)
+        } else {
+            opening
+        };
+        let resumed_state = CompensationState::default().resumed(S::Mask::splat(true), opening);
+        let compensation = self.compensation.advance(&resumed_state, opening, calibration);
         let (mut servovalve, integral) = (self.servovalve.at_rest(command, force), before.integral);
         let mut raw = self.servovalve.step(&mut servovalve, command, force, compensation.output());
         if self.integrates() {
@@ -56,16 +61,16 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             Realization::Digital => self.limiter.settled(raw),
             Realization::Analog => compensation.output(),
         };
-        let lost = S::Flags::default();
+        let refused_samples = S::Flags::default();
         let supply = measured.supply;
         ControllerState {
             compensation,
             feedforward,
-            smooth,
+            low_passed_opening,
             servovalve,
             integral,
             valve_command,
-            lost,
+            refused_samples,
             supply,
         }
     }
@@ -79,8 +84,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// compensation does not supply.
     pub fn at_rest_with(&self, calibration: &Calibration<S>) -> ControllerState<S> {
         let signal = self.compensation.null_signal(calibration);
-        let missed = self.compensation.missed_null_signal(calibration);
-        let integral = self.integral.limited(self.servovalve.proportional_gain * missed);
+        let residual_signal = self.compensation.residual_null_signal(calibration);
+        let integral = self.integral.limited(self.servovalve.proportional_gain * residual_signal);
         ControllerState {
             compensation: CompensationState::holding(signal),
             valve_command: self.command_at_rest(signal, integral),

@@ -2,7 +2,7 @@
 
 use core::borrow::Borrow;
 
-use crate::channel::state::{Choice, Sound};
+use crate::channel::state::{CalibrationChoice, CalibrationHistory};
 use crate::channel::{Channel, ChannelState, is_valid, resume};
 use crate::compensation::Calibration;
 use crate::controller::ControllerInput;
@@ -25,7 +25,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// starts from what an earlier one has taught, see
     /// [`Learner::first_calibration`](crate::Learner::first_calibration).
     pub fn at_rest_with(&self, calibration: &Calibration<T>) -> ChannelState<T> {
-        let known = Choice { flags: calibration.status, ..Choice::default() };
+        let known = CalibrationChoice { flags: calibration.status, ..CalibrationChoice::default() };
         let plausibility = PlausibilityState::default();
         ChannelState {
             controller: self.controller.at_rest_with(calibration),
@@ -39,7 +39,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             next: known,
             windows_left: self.age_limit,
             calibrations: [*calibration; 2],
-            sound: Sound::new(*calibration),
+            history: CalibrationHistory::new(*calibration),
             stuck: StuckWatchState::default(),
         }
     }
@@ -60,11 +60,11 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let slot = state.in_use.slot.other();
         slot.put(&mut state.calibrations, calibration);
         if self.plausibility.is_some() {
-            state.sound.keep(calibration);
+            state.history.record(calibration);
         }
         let age = state.window.number.wrapping_sub(calibration.window);
         let late = if age > 1 { status::CALIBRATION_LATE } else { 0 };
-        state.next = Choice { slot, flags: calibration.status | late };
+        state.next = CalibrationChoice { slot, flags: calibration.status | late };
         state.windows_left = self.age_limit.saturating_sub(age);
     }
 
@@ -99,7 +99,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// velocity is that of a displacement at rest. An invalid input gives a rig at rest.
     pub fn prime(&self, state: &mut ChannelState<T>, input: &Input<T>) {
         let velocity = if matches!(self.velocity, Velocity::Sensor) { input.velocity } else { T::splat(0.0) };
-        let asked = ControllerInput {
+        let controller_input = ControllerInput {
             command: input.command,
             next_command: input.next_command,
             velocity,
@@ -107,7 +107,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             spool: input.spool,
             supply_pressure: input.supply_pressure,
         };
-        state.controller = self.controller.prime(&state.controller, &asked, state.calibration());
+        state.controller = self.controller.prime(&state.controller, &controller_input, state.calibration());
         state.plausibility = state.plausibility.restarted(self.controller.null_opening(state.calibration()));
         state.stuck = StuckWatchState::default();
         state.velocity_gap = NEVER;

@@ -7,11 +7,11 @@ use crate::number::Scalar;
 use crate::parameters::{Mode, Parameters};
 
 /// Width of the step over the overlap (1, over the overlap).
-const WIDTH: f64 = 0.5;
+const NARROW_STEP: f64 = 0.5;
 /// Time constant of the sign's low-pass (1, over the valve's response delay).
-const SMOOTHING: f64 = 0.4;
+const LOW_PASS_TIME: f64 = 0.4;
 /// Width of the step without an integral part. Within the width the gain of the compensation is larger by a quarter.
-const WIDE: f64 = 4.0;
+const WIDE_STEP: f64 = 4.0;
 
 /// The step over an overlap, `o·sat(z̄/δ)`, as a part of the compensation.
 ///
@@ -20,22 +20,22 @@ const WIDE: f64 = 4.0;
 /// Without an integral part the gains are as the rig's engineer chose them. The force loop may then have no gain margin
 /// for a narrow step, so that `z̄` is the compensation's opening alone and the step is wide.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Lap<S> {
+pub(crate) struct OverlapStep<S> {
     /// The overlap `o` (1).
     overlap: S,
     /// `o/δ` (1).
     slope: S,
     /// Share of a change that enters the low-pass in a sample (1).
-    share: S,
+    low_pass_gain: S,
     /// Opening (1) by the force loop, per force error (N) and per integral (V).
     per_error: S,
     per_integral: S,
     /// Whether any lane has an overlap.
     present: bool,
 }
-integrity!(Lap<T>: overlap, slope, share, per_error, per_integral, present);
+integrity!(OverlapStep<T>: overlap, slope, low_pass_gain, per_error, per_integral, present);
 
-impl<S: Scalar> Lap<S> {
+impl<S: Scalar> OverlapStep<S> {
     /// Whether any lane has an overlap.
     #[inline(always)]
     pub(crate) const fn is_present(&self) -> bool {
@@ -45,33 +45,33 @@ impl<S: Scalar> Lap<S> {
     /// The sum (1) of the compensation's opening of a valve without overlap and of that to which the force loop drives
     /// it, by its error (N) and its integral (V).
     #[inline(always)]
-    pub(crate) fn together(&self, opening: S, error: S, integral: S) -> S {
+    pub(crate) fn combined_opening(&self, opening: S, error: S, integral: S) -> S {
         opening + self.per_error * error + self.per_integral * integral
     }
 
     /// The low-passed sum after a sample with this sum.
     #[inline(always)]
-    pub(crate) fn smoothed(&self, smooth: S, sum: S) -> S {
-        smooth + self.share * (sum - smooth)
+    pub(crate) fn low_passed(&self, low_passed_sum: S, sum: S) -> S {
+        low_passed_sum + self.low_pass_gain * (sum - low_passed_sum)
     }
 
     /// The compensation's opening (1, within ±1) for one of a valve without overlap, at this low-passed sum.
     #[inline(always)]
-    pub(crate) fn over(&self, smooth: S, opening: S) -> S {
+    pub(crate) fn add_step(&self, low_passed_sum: S, opening: S) -> S {
         let one = S::splat(1.0);
-        let step = (self.slope * smooth).limit(-self.overlap, self.overlap);
+        let step = (self.slope * low_passed_sum).limit(-self.overlap, self.overlap);
         (opening + step).limit(-one, one)
     }
 
     /// Steps of single rigs in lanes.
-    pub(crate) fn pack<'a>(lane: &dyn Fn(usize) -> &'a Lap<S::Element>) -> Self
+    pub(crate) fn pack<'a>(lane: &dyn Fn(usize) -> &'a OverlapStep<S::Element>) -> Self
     where
         S::Element: 'a,
     {
         Self {
             overlap: S::from_lanes(|i| lane(i).overlap),
             slope: S::from_lanes(|i| lane(i).slope),
-            share: S::from_lanes(|i| lane(i).share),
+            low_pass_gain: S::from_lanes(|i| lane(i).low_pass_gain),
             per_error: S::from_lanes(|i| lane(i).per_error),
             per_integral: S::from_lanes(|i| lane(i).per_integral),
             present: (0..S::LANES).any(|i| lane(i).present),
@@ -90,12 +90,12 @@ pub(crate) const fn overlap(p: &Parameters) -> Result<f64, ConfigError> {
 
 macro_rules! constructor {
     ($t:ty) => {
-        impl Lap<$t> {
+        impl OverlapStep<$t> {
             /// No overlap.
             pub(crate) const NONE: Self = Self {
                 overlap: 0.0,
                 slope: 0.0,
-                share: 1.0,
+                low_pass_gain: 1.0,
                 per_error: 0.0,
                 per_integral: 0.0,
                 present: false,
@@ -118,8 +118,8 @@ macro_rules! constructor {
                 let per_error = check!(within("proportional_gain", per_volt * sensitivity, 0.0, 1.0));
                 let wide = Self {
                     overlap: overlap as $t,
-                    slope: (1.0 / WIDE) as $t,
-                    share: 1.0,
+                    slope: (1.0 / WIDE_STEP) as $t,
+                    low_pass_gain: 1.0,
                     per_error: 0.0,
                     per_integral: 0.0,
                     present: true,
@@ -128,8 +128,8 @@ macro_rules! constructor {
                     return Ok(wide);
                 }
                 Ok(Self {
-                    slope: (1.0 / WIDTH) as $t,
-                    share: (1.0 / (1.0 + sample_rate * SMOOTHING * p.response_delay)) as $t,
+                    slope: (1.0 / NARROW_STEP) as $t,
+                    low_pass_gain: (1.0 / (1.0 + sample_rate * LOW_PASS_TIME * p.response_delay)) as $t,
                     per_error: per_error as $t,
                     per_integral: valve_gain as $t,
                     ..wide
@@ -149,23 +149,23 @@ mod tests {
 
     #[test]
     fn a_steady_opening_beyond_the_width_is_larger_by_the_overlap() {
-        let lap = Lap::<f64>::new(&RIG).unwrap();
+        let lap = OverlapStep::<f64>::new(&RIG).unwrap();
         for (opening, expected) in
             [(0.0, 0.0), (0.004, 0.012), (0.01, 0.03), (-0.01, -0.03), (0.7, 0.72), (-0.99, -1.0)]
         {
-            let found = lap.over(opening, opening);
+            let found = lap.add_step(opening, opening);
             assert!((found - expected).abs() < 1e-12, "{opening}: {found}");
         }
     }
 
     #[test]
     fn without_an_integral_part_the_step_is_wide_and_the_compensations_alone() {
-        let lap = Lap::<f64>::new(&Parameters { integral_gain: 0.0, ..RIG }).unwrap();
+        let lap = OverlapStep::<f64>::new(&Parameters { integral_gain: 0.0, ..RIG }).unwrap();
         for (opening, expected) in [(0.04, 0.05), (-0.08, -0.1), (0.2, 0.22)] {
-            let smooth = lap.smoothed(-0.5, lap.together(opening, 1e4, 0.1));
-            let found = lap.over(smooth, opening);
+            let low_passed_sum = lap.low_passed(-0.5, lap.combined_opening(opening, 1e4, 0.1));
+            let found = lap.add_step(low_passed_sum, opening);
             assert!(
-                (found - expected).abs() < 1e-12 && (smooth - opening).abs() < 1e-12,
+                (found - expected).abs() < 1e-12 && (low_passed_sum - opening).abs() < 1e-12,
                 "{opening}: {found}"
             );
         }
@@ -175,24 +175,24 @@ mod tests {
     #[test]
     fn the_sign_follows_with_a_share_of_the_response_delay() {
         let p = Parameters { response_delay: 0.05, ..RIG };
-        let lap = Lap::<f64>::new(&p).unwrap();
-        let mut smooth = 0.0;
-        for _ in 0..(SMOOTHING * 0.05 * p.sample_rate) as usize {
-            smooth = lap.smoothed(smooth, 1.0);
+        let lap = OverlapStep::<f64>::new(&p).unwrap();
+        let mut low_passed_sum = 0.0;
+        for _ in 0..(LOW_PASS_TIME * 0.05 * p.sample_rate) as usize {
+            low_passed_sum = lap.low_passed(low_passed_sum, 1.0);
         }
-        assert!((1.0 - smooth - libm::exp(-1.0)).abs() < 0.01, "{smooth}");
-        let at_once = Lap::<f64>::new(&Parameters { response_delay: 0.0, ..RIG }).unwrap();
-        assert!((at_once.smoothed(0.0, 0.3) - 0.3).abs() < 1e-15);
+        assert!((1.0 - low_passed_sum - libm::exp(-1.0)).abs() < 0.01, "{low_passed_sum}");
+        let at_once = OverlapStep::<f64>::new(&Parameters { response_delay: 0.0, ..RIG }).unwrap();
+        assert!((at_once.low_passed(0.0, 0.3) - 0.3).abs() < 1e-15);
     }
 
     #[test]
     fn noise_about_a_small_opening_leaves_most_of_the_step() {
-        let lap = Lap::<f64>::new(&RIG).unwrap();
-        let (mut smooth, mut sum) = (0.02, 0.0);
+        let lap = OverlapStep::<f64>::new(&RIG).unwrap();
+        let (mut low_passed_sum, mut sum) = (0.02, 0.0);
         for n in 0..1000 {
             let noise = if n % 2 == 0 { 0.05 } else { -0.05 };
-            smooth = lap.smoothed(smooth, 0.02 + noise);
-            sum += lap.over(smooth, 0.02 + noise);
+            low_passed_sum = lap.low_passed(low_passed_sum, 0.02 + noise);
+            sum += lap.add_step(low_passed_sum, 0.02 + noise);
         }
         assert!((sum / 1000.0 - 0.04).abs() < 1e-9, "{sum}");
     }
@@ -201,17 +201,17 @@ mod tests {
     #[test]
     fn the_sum_with_the_force_loop_determines_the_step() {
         let p = Parameters { force_sensitivity: 2e-5, proportional_gain: 2.0, valve_gain: 0.1, ..RIG };
-        let lap = Lap::<f64>::new(&p).unwrap();
-        let sum = lap.together(0.003, -5000.0, 0.05);
+        let lap = OverlapStep::<f64>::new(&p).unwrap();
+        let sum = lap.combined_opening(0.003, -5000.0, 0.05);
         assert!((sum + 0.012).abs() < 1e-12, "{sum}");
-        let found = lap.over(sum, 0.003);
+        let found = lap.add_step(sum, 0.003);
         assert!((found - (0.003 - 0.02)).abs() < 1e-12, "{found}");
     }
 
     #[test]
     fn refused_by_name() {
         for overlap in [-1e-3, 0.6, f64::NAN] {
-            let refused = Lap::<f64>::new(&Parameters { overlap, ..RIG }).unwrap_err();
+            let refused = OverlapStep::<f64>::new(&Parameters { overlap, ..RIG }).unwrap_err();
             let named = match refused {
                 ConfigError::NotFinite { parameter } | ConfigError::OutOfRange { parameter, .. } => parameter,
                 other => panic!("{other:?}"),

@@ -55,31 +55,31 @@ impl<S: Scalar, const N: usize> ChannelLanes<S, N> {
         valve_command: S,
         path: impl FnOnce(S) -> S,
     ) -> (ControllerOutput<S>, bool) {
-        let stood = state.controller.valve_command();
+        let last_valve_command = state.controller.valve_command();
         let supply = self.controller.supply(&mut state.controller, input.supply_pressure);
         let sample = self.controller.sample(&state.controller, input, supply);
-        let good = sample.good;
+        let valid = sample.valid;
         let [calibration, _] = &state.calibrations;
-        let mut out = if good.any() {
-            self.controller.follow(&mut state.controller, sample, calibration, path)
+        let mut out = if valid.any() {
+            self.controller.step_valid(&mut state.controller, sample, calibration, path)
         } else {
-            self.controller.refuse(&mut state.controller, sample, path)
+            self.controller.step_invalid(&mut state.controller, sample, path)
         };
         out.status = out.status | calibration.status;
 
         let (window, measures_supply) = (&mut state.window, self.controller.measures_supply);
         let ControllerInput { command, velocity, force, spool, .. } = *input;
-        let now = Moment { force: sample.carried(force), command: sample.carried(command) };
-        window.add(good, velocity, spool, now);
+        let now = Moment { force: sample.oil_force(force), command: sample.oil_force(command) };
+        window.add(valid, velocity, spool, now);
         if measures_supply.any() {
-            window.supply = S::select(good & measures_supply, supply.ratio, window.supply);
+            window.supply = S::select(valid & measures_supply, supply.ratio, window.supply);
         }
         match self.realization {
-            Realization::Digital => window.add_command(good, stood),
-            Realization::Analog => window.add_sampled_command(good, valve_command, spool),
+            Realization::Digital => window.add_command(valid, last_valve_command),
+            Realization::Analog => window.add_sampled_command(valid, valve_command, spool),
         }
-        if !good.all() {
-            window.lose(!good);
+        if !valid.all() {
+            window.lose(!valid);
         }
         state.ticks += 1;
         (out, state.ticks == self.window_ticks)
