@@ -1,9 +1,12 @@
-//! Plant and digital side of the paper's rig on the fast path, one tick at a time.
+//! Plant and digital side of the paper's rig on the fast path, for one rig or several side by side.
 
-use eft_core::{ControllerState, Scalar};
+use std::slice;
 
-use crate::closed_loop::{DigitalOutput, DigitalSide, Feedback, InUse, Precision, Tick};
-use crate::lanes::Num;
+use eft_core::{ControllerState, Mask, Scalar};
+
+use crate::closed_loop::digital_side::{DigitalSide, Feedback, SamplePath};
+use crate::closed_loop::{ClosedLoop, DigitalOutput, Precision, Recorder, Tick};
+use crate::lanes::{Num, Work};
 use crate::plant::{Driver, DriverKind, Exponential, FastState, Prediction, Signals, TimeGrid};
 use crate::{Result, RigConfig};
 
@@ -24,9 +27,8 @@ pub(crate) struct FastLoop<S: Num, C: Scalar<Element: Precision>> {
     /// Sensors and controller.
     pub(super) digital: DigitalSide<S, C>,
     grid: TimeGrid,
-    /// The integration method between ticks.
-    pub(super) method: Method,
-    pub(super) state: LoopState<S, C>,
+    method: Method,
+    state: LoopState<S, C>,
 }
 
 /// Force and pressure of a plant in a state, as inputs of its drive.
@@ -48,22 +50,9 @@ impl<S: Num> Feedback<S> for FastFeedback<'_, S> {
 
 /// The state of the loop, small enough for registers.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LoopState<S, C: Scalar> {
+struct LoopState<S, C: Scalar> {
     plant: FastState<S>,
     digital: ControllerState<C>,
-}
-
-impl<S: Num, C: Scalar> LoopState<S, C> {
-    /// Where the plant's state is finite and bounded.
-    #[inline(always)]
-    pub(crate) fn is_bounded(&self) -> S::Mask {
-        self.plant.plant.is_bounded()
-    }
-
-    /// Puts the plants back to rest where the mask is true.
-    pub(super) fn restart(&mut self, at: S::Mask) {
-        self.plant = FastState::select(at, FastState::default(), self.plant);
-    }
 }
 
 impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
@@ -84,15 +73,9 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
         Self { digital: self.digital.without_traces(), ..self }
     }
 
-    /// The learners' estimates at the last sample.
+    /// The true signals in a state. `IDEAL` must match the [`path`](DigitalSide::path).
     #[inline(always)]
-    pub(crate) fn estimates(&self) -> &InUse<S> {
-        self.digital.estimates()
-    }
-
-    /// The true signals in a state. `IDEAL` must match the [`path`](Self::path).
-    #[inline(always)]
-    pub(crate) fn signals<const IDEAL: bool>(&self, state: &LoopState<S, C>) -> Signals<S> {
+    fn signals<const IDEAL: bool>(&self, state: &LoopState<S, C>) -> Signals<S> {
         let mut signals = self.plant.plant.signals(&state.plant.plant);
         if IDEAL {
             // Nothing reads it, because these rigs have no accelerometer.
@@ -102,9 +85,9 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
     }
 
     /// Samples the true signals, and decides on the drive of the valve until the next tick. `next_command` is
-    /// the command at that tick. `IDEAL` and `LEARNS` must match the [`path`](Self::path).
+    /// the command at that tick. `IDEAL` and `LEARNS` must match the [`path`](DigitalSide::path).
     #[inline(always)]
-    pub(crate) fn sample<const IDEAL: bool, const LEARNS: bool>(
+    fn sample<const IDEAL: bool, const LEARNS: bool>(
         &mut self,
         state: &mut LoopState<S, C>,
         [command, next_command]: [S; 2],
@@ -116,7 +99,7 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
 
     /// The tick of a sample.
     #[inline(always)]
-    pub(crate) fn tick<'a>(
+    fn tick<'a>(
         &self,
         state: &LoopState<S, C>,
         command: S,
@@ -127,31 +110,107 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
         Tick::new(command, *plant, blocks.force(plant), truth, blocks.at_limits(plant), output)
     }
 
-    /// The part of the step to the next tick that does not depend on the sample.
-    #[inline(always)]
-    pub(crate) fn look_ahead(&self, state: &LoopState<S, C>) -> Prediction<S> {
-        self.plant.predict(&state.plant)
-    }
-
     /// Advances the plant to the next tick under the drive of the last sample.
     #[inline(always)]
-    pub(crate) fn advance(&self, state: &mut LoopState<S, C>, ahead: &Prediction<S>, driver: &Driver<S>) {
+    fn advance(&self, state: &mut LoopState<S, C>, prediction: &Prediction<S>, driver: &Driver<S>) {
         let (plant, now, grid) = (&self.plant, &state.plant, self.grid);
         match driver.kind {
-            DriverKind::Held => state.plant = plant.advance(now, ahead, &driver.held, grid),
-            DriverKind::Analog => state.plant = plant.advance(now, ahead, &driver.cell.analog, grid),
-            DriverKind::ThroughCell => state.plant = plant.advance(now, ahead, &driver.cell, grid),
+            DriverKind::Held => state.plant = plant.advance(now, prediction, &driver.held, grid),
+            DriverKind::Analog => state.plant = plant.advance(now, prediction, &driver.cell.analog, grid),
+            DriverKind::ThroughCell => state.plant = plant.advance(now, prediction, &driver.cell, grid),
         }
     }
 
     /// The same by Runge–Kutta.
     #[inline(always)]
-    pub(crate) fn advance_by_runge_kutta(&self, state: &mut LoopState<S, C>, driver: &Driver<S>) {
+    fn advance_by_runge_kutta(&self, state: &mut LoopState<S, C>, driver: &Driver<S>) {
         let (plant, now, grid) = (&self.plant, &state.plant, self.grid);
         state.plant = match driver.kind {
             DriverKind::Held => plant.advance_by_runge_kutta(now, &driver.held, grid),
             DriverKind::Analog => plant.advance_by_runge_kutta(now, &driver.cell.analog, grid),
             DriverKind::ThroughCell => plant.advance_by_runge_kutta(now, &driver.cell, grid),
         };
+    }
+}
+
+impl<S: Num, C: Scalar<Element: Precision>> ClosedLoop<S, C> for FastLoop<S, C> {
+    fn run(&mut self, commands: &[&[S]], ticks: usize, recorders: &mut [impl Recorder<S>]) -> usize {
+        let path = match self.method {
+            Method::RungeKutta => SamplePath::General,
+            Method::Exponential => self.digital.path(),
+        };
+        let (Some(commands), Some(recorder)) = (commands.first(), recorders.first_mut()) else { return 0 };
+        match path {
+            SamplePath::Ideal => {
+                S::dispatch(FastTicks::<S, C, _, true, false> { test: self, commands, ticks, recorder })
+            }
+            SamplePath::IdealLearning => {
+                S::dispatch(FastTicks::<S, C, _, true, true> { test: self, commands, ticks, recorder })
+            }
+            SamplePath::General => {
+                S::dispatch(FastTicks::<S, C, _, false, false> { test: self, commands, ticks, recorder })
+            }
+        }
+    }
+    fn is_bounded(&self) -> S::Mask {
+        self.state.plant.plant.is_bounded()
+    }
+    fn restart(&mut self, at: S::Mask) {
+        let state = &mut self.state.plant;
+        *state = FastState::select(at, FastState::default(), *state);
+    }
+    fn digital_sides(&self) -> &[DigitalSide<S, C>] {
+        slice::from_ref(&self.digital)
+    }
+    fn digital_sides_mut(&mut self) -> &mut [DigitalSide<S, C>] {
+        slice::from_mut(&mut self.digital)
+    }
+}
+
+/// Some ticks of a test.
+struct FastTicks<'a, S: Num, C: Scalar<Element: Precision>, K, const IDEAL: bool, const LEARNS: bool> {
+    test: &'a mut FastLoop<S, C>,
+    commands: &'a [S],
+    ticks: usize,
+    recorder: &'a mut K,
+}
+
+impl<S: Num, C: Scalar<Element: Precision>, K: Recorder<S>, const IDEAL: bool, const LEARNS: bool> Work
+    for FastTicks<'_, S, C, K, IDEAL, LEARNS>
+{
+    type Output = usize;
+
+    #[inline(always)]
+    fn run(self) -> usize {
+        let mut state = self.test.state;
+        let mut done = 0;
+        while done < self.ticks && state.plant.plant.is_bounded().all() {
+            let command = self.commands[done];
+            let next = self.commands.get(done + 1).copied().unwrap_or(command);
+            let by_runge_kutta = !IDEAL && self.test.method == Method::RungeKutta;
+            let mut prediction = None;
+            if S::LANES == 1 && !by_runge_kutta {
+                // Only a short chain of operations waits for the controller's root and division; the other
+                // work runs meanwhile.
+                prediction = Some(self.test.plant.predict(&state.plant));
+            }
+            let truth = self.test.signals::<IDEAL>(&state);
+            let output = self.test.sample::<IDEAL, LEARNS>(&mut state, [command, next], &truth);
+            let tick = self.test.tick(&state, command, &truth, &output);
+            self.recorder.record(done, &tick, self.test.digital.estimates());
+            if by_runge_kutta {
+                self.test.advance_by_runge_kutta(&mut state, &output.driver);
+            } else {
+                // Several rigs side by side fill that time anyway; in this order they need fewer registers.
+                let prediction = match prediction {
+                    Some(prediction) => prediction,
+                    None => self.test.plant.predict(&state.plant),
+                };
+                self.test.advance(&mut state, &prediction, &output.driver);
+            }
+            done += 1;
+        }
+        self.test.state = state;
+        done
     }
 }

@@ -1,8 +1,6 @@
 //! The sampled closed loop: `eft-core` around the continuous plant.
 
 mod channel;
-mod channels;
-mod chunk;
 mod controller;
 mod digital_side;
 mod energy;
@@ -26,9 +24,8 @@ mod traces;
 mod virtual_rig;
 
 pub use channel::{RigChannel, RigChannelState};
-pub(crate) use channels::{ChannelKind, ChannelOutputs};
 pub use controller::{Precision, RigController, Width, adapts, parameters};
-pub(crate) use digital_side::{DigitalSide, Feedback};
+pub(crate) use digital_side::{ChannelKind, DigitalSide, Feedback};
 pub use energy::{EnergyTraces, energy_of_traces};
 pub(crate) use estimates::{Estimates, InUse};
 pub(crate) use external_controller::ExternalController;

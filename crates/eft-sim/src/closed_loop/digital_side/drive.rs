@@ -2,25 +2,12 @@
 
 use eft_core::{Flags, Mask, Scalar, status};
 
+use crate::closed_loop::digital_side::channels::ControllerOutputs;
 use crate::closed_loop::digital_side::parts::{CellReading, DigitalSide, Feedback, Source};
 use crate::closed_loop::{DigitalOutput, Precision};
 use crate::config::Realization;
 use crate::lanes::Num;
 use crate::plant::{Driver, Signals, ThroughCell};
-
-/// The outputs of the controllers.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Outputs<S: Num> {
-    /// Commands (N) that they follow at this tick and, if nothing new happens, at the next.
-    pub(super) commands: [S; 2],
-    /// Voltage to the converter (V).
-    pub(super) voltage: S,
-    /// The compensation signal (V).
-    pub(super) compensation: S,
-    /// Factor (1) of the protections on an analog controller's valve command.
-    pub(super) authority: S,
-    pub(super) status: S::Flags,
-}
 
 impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// The valve command (V) of analog controllers until now, with a command (N) at the first tick; zero for
@@ -57,7 +44,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     #[inline(always)]
     pub(super) fn drive<const IDEAL: bool, const REMEMBERS: bool>(
         &mut self,
-        out: Outputs<S>,
+        out: ControllerOutputs<S>,
         measured: &Signals<S>,
         cell: CellReading<S>,
         plant: &impl Feedback<S>,

@@ -1,18 +1,21 @@
 //! Sensors, controller and converter: from the plant's signals to the drive of its valve.
 
+mod channels;
 mod drive;
 mod parts;
 mod valve_command;
 
+pub(crate) use channels::ChannelKind;
 pub(crate) use parts::{DigitalSide, Feedback};
 
 use eft_core::{ControllerState, Mask, Real, SavedCalibration, Scalar};
 
+use crate::closed_loop::digital_side::channels::run_channels;
 use crate::closed_loop::digital_side::parts::{CellReading, Source};
-use crate::closed_loop::digital_side::valve_command::{learn, run_channels};
+use crate::closed_loop::digital_side::valve_command::learn;
 use crate::closed_loop::{
-    ChannelKind, DigitalOutput, Estimates, ExternalController, InUse, LearningLanes, Precision, RigChannel,
-    RigController, adapts, parameters,
+    DigitalOutput, Estimates, ExternalController, InUse, LearningLanes, Precision, RigChannel, RigController,
+    adapts, parameters,
 };
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
@@ -22,7 +25,7 @@ use crate::plant::{Analog, Signals};
 
 /// Which copy of `sample` a digital side uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Path {
+pub(crate) enum SamplePath {
     /// Ideal instruments and an analog loop behind the compensation.
     Ideal,
     /// The same with learners.
@@ -101,11 +104,11 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     }
 
     /// The fastest copy of [`sample`](Self::sample) that is valid.
-    pub(crate) fn path(&self) -> Path {
+    pub(crate) fn path(&self) -> SamplePath {
         match self.source {
-            Source::SideBySide if self.ideal => Path::Ideal,
-            Source::Learning(_) if self.ideal => Path::IdealLearning,
-            _ => Path::General,
+            Source::SideBySide if self.ideal => SamplePath::Ideal,
+            Source::Learning(_) if self.ideal => SamplePath::IdealLearning,
+            _ => SamplePath::General,
         }
     }
 

@@ -2,10 +2,8 @@
 
 use eft_core::{Calibration, Scalar};
 
-use crate::closed_loop::{
-    ChannelKind, ChannelOutputs, ExternalController, InUse, LearningLanes, Precision, RigChannel,
-    RigController,
-};
+use crate::closed_loop::digital_side::channels::{ChannelKind, ChannelOutputs};
+use crate::closed_loop::{ExternalController, InUse, LearningLanes, Precision, RigChannel, RigController};
 use crate::config::Realization;
 use crate::instruments::{CommandDelay, Dac, DelayLines, Sensors};
 use crate::lanes::Num;

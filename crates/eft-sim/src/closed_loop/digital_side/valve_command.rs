@@ -1,15 +1,14 @@
 //! Computes the valve command: by controllers or learning channels side by side, by one channel per lane, or
 //! by an external controller.
 
-use eft_core::{ControllerInput, ControllerOutput, ControllerState, Flags, Mask, Real, Scalar};
+use eft_core::{ControllerInput, ControllerOutput, ControllerState, Mask, Real, Scalar};
 
-use crate::closed_loop::channels::{ChannelKind, ChannelOutputs, step_channels};
-use crate::closed_loop::digital_side::drive::Outputs;
+use crate::closed_loop::digital_side::channels::ControllerOutputs;
 use crate::closed_loop::digital_side::parts::{DigitalSide, Source};
 use crate::closed_loop::signals::{convert, convert_flags};
-use crate::closed_loop::{DigitalOutput, Estimates, ExternalOutput, LearningLanes, Precision, RigChannel};
+use crate::closed_loop::{DigitalOutput, Estimates, ExternalOutput, LearningLanes, Precision};
 use crate::instruments::DelayLines;
-use crate::lanes::{Num, WIDEST};
+use crate::lanes::Num;
 use crate::plant::{Driver, Signals};
 
 /// The input of the controllers in their precision.
@@ -30,8 +29,8 @@ fn input<S: Num, C: Scalar<Element: Precision>>(
 
 /// The outputs of controllers without a protection.
 #[inline(always)]
-fn outputs<S: Num, C: Scalar>(commands: [S; 2], out: &ControllerOutput<C>) -> Outputs<S> {
-    Outputs {
+fn outputs<S: Num, C: Scalar>(commands: [S; 2], out: &ControllerOutput<C>) -> ControllerOutputs<S> {
+    ControllerOutputs {
         commands,
         voltage: convert(out.valve_command),
         compensation: convert(out.compensation),
@@ -48,40 +47,12 @@ pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar<Element: Precision>>(
     commands: [S; 2],
     measured: &mut Signals<S>,
     present: S,
-) -> Outputs<S> {
+) -> ControllerOutputs<S> {
     let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
     let input = input(commands, measured);
     let out = learning.step(&input, convert(present), path);
     measured.velocity = convert(input.velocity);
     outputs([convert(input.command), convert(input.next_command)], &out)
-}
-
-/// Runs one channel per lane.
-#[inline(always)]
-pub(super) fn run_channels<S: Num, P: Precision>(
-    channels: &mut [RigChannel<P>],
-    outputs: &mut ChannelOutputs,
-    kind: ChannelKind,
-    computation: &mut DelayLines,
-    [command, next_command]: [S; 2],
-    measured: &mut Signals<S>,
-    present: S,
-) -> Outputs<S> {
-    step_channels(channels, outputs, measured, [command, next_command, present], computation);
-    let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
-    // A controller without protection passes its command on in double precision.
-    let mut commands = [command, next_command];
-    if kind != ChannelKind::Controller {
-        measured.velocity = of(&outputs.velocity);
-        commands = [of(&outputs.permitted[0]), of(&outputs.permitted[1])];
-    }
-    Outputs {
-        commands,
-        voltage: of(&outputs.voltage),
-        compensation: of(&outputs.compensation),
-        authority: of(&outputs.authority),
-        status: S::Flags::from_lanes(|i| outputs.status[i]),
-    }
 }
 
 impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
@@ -92,7 +63,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         state: &mut ControllerState<C>,
         commands: [S; 2],
         measured: &Signals<S>,
-    ) -> Outputs<S> {
+    ) -> ControllerOutputs<S> {
         let computation = &mut self.computation;
         let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
         let out = self.controller.step(state, &input(commands, measured), &self.calibration, path);

@@ -1,4 +1,6 @@
-//! Channels of several rigs, run one after another.
+//! Channels of several rigs, run one after another, and the outputs of controllers.
+
+use eft_core::Flags;
 
 use crate::closed_loop::{Precision, RigChannel, adapts};
 use crate::config::{RigConfig, VelocitySource};
@@ -30,23 +32,37 @@ impl ChannelKind {
     }
 }
 
+/// The outputs of the controllers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ControllerOutputs<S: Num> {
+    /// Commands (N) that they follow at this tick and, if nothing new happens, at the next.
+    pub(super) commands: [S; 2],
+    /// Voltage to the converter (V).
+    pub(super) voltage: S,
+    /// The compensation signal (V).
+    pub(super) compensation: S,
+    /// Factor (1) of the protections on an analog controller's valve command.
+    pub(super) authority: S,
+    pub(super) status: S::Flags,
+}
+
 /// The outputs of the channels at one tick, one number per lane.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct ChannelOutputs {
-    pub(crate) voltage: [f64; WIDEST],
-    pub(crate) compensation: [f64; WIDEST],
-    pub(crate) velocity: [f64; WIDEST],
+pub(super) struct ChannelOutputs {
+    voltage: [f64; WIDEST],
+    compensation: [f64; WIDEST],
+    velocity: [f64; WIDEST],
     /// Commands (N) that the protections permit now and, if nothing new happens, at the next tick.
-    pub(crate) permitted: [[f64; WIDEST]; 2],
-    pub(crate) authority: [f64; WIDEST],
-    pub(crate) status: [u32; WIDEST],
+    permitted: [[f64; WIDEST]; 2],
+    authority: [f64; WIDEST],
+    status: [u32; WIDEST],
 }
 
 /// One tick of one channel per lane, with the commands (N) of this tick and the next, and the present valve
 /// command (V).
 // Not inlined, so that the code of a whole channel is compiled once for all numbers of lanes.
 #[inline(never)]
-pub(crate) fn step_channels<S: Num, P: Precision>(
+fn step_channels<S: Num, P: Precision>(
     channels: &mut [RigChannel<P>],
     outputs: &mut ChannelOutputs,
     measured: &Signals<S>,
@@ -64,5 +80,33 @@ pub(crate) fn step_channels<S: Num, P: Precision>(
         outputs.permitted[1][i] = channel.preview(next);
         outputs.authority[i] = out.authority;
         outputs.status[i] = out.status;
+    }
+}
+
+/// Runs one channel per lane.
+#[inline(always)]
+pub(super) fn run_channels<S: Num, P: Precision>(
+    channels: &mut [RigChannel<P>],
+    outputs: &mut ChannelOutputs,
+    kind: ChannelKind,
+    computation: &mut DelayLines,
+    [command, next_command]: [S; 2],
+    measured: &mut Signals<S>,
+    present: S,
+) -> ControllerOutputs<S> {
+    step_channels(channels, outputs, measured, [command, next_command, present], computation);
+    let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
+    // A controller without protection passes its command on in double precision.
+    let mut commands = [command, next_command];
+    if kind != ChannelKind::Controller {
+        measured.velocity = of(&outputs.velocity);
+        commands = [of(&outputs.permitted[0]), of(&outputs.permitted[1])];
+    }
+    ControllerOutputs {
+        commands,
+        voltage: of(&outputs.voltage),
+        compensation: of(&outputs.compensation),
+        authority: of(&outputs.authority),
+        status: S::Flags::from_lanes(|i| outputs.status[i]),
     }
 }
