@@ -206,7 +206,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     ) {
         let speed = T::splat(0.5) * (velocity + state.motion.last_velocity);
         state.motion.last_velocity = velocity;
-        let residual = self.balance_flow(state, input, speed, flow, controller);
+        let residual = self.add_flow(state, input, speed, flow, controller);
         let slope = controller.flow_gain * (flow.root * flow.slope);
         if input.displacement.is_finite() {
             self.compare_motion(state, speed, input.displacement, [residual, slope]);

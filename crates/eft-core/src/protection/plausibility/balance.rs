@@ -27,7 +27,7 @@ const WRONG_SIGN_NULL: f64 = 0.25;
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// Adds a tick to the flow balance, with the mean velocity (m/s) over the tick, and returns the residual (m³/s).
     #[inline(always)]
-    pub(super) fn balance_flow(
+    pub(super) fn add_flow(
         &self,
         state: &mut PlausibilityState<T>,
         input: &Input<T>,
@@ -63,13 +63,13 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let tolerance =
             T::splat(FLOW_TOLERANCE) * envelope + T::splat(OIL_TOLERANCE) * oil.abs() + limits.drift;
         sums.slow.add(self.period * residual, self.period * tolerance, limits.slow);
-        self.balance_fast_flow(sums, [residual, valve_flow, oil], input.spool - self.null_bias, settling);
+        self.add_fast_flow(sums, [residual, valve_flow, oil], input.spool - self.null_bias, settling);
         residual
     }
 
     /// Adds residual, valve's flow and oil's flow (m³/s) of a tick above the motion's frequencies, at an opening (1).
     #[inline(always)]
-    fn balance_fast_flow(&self, sums: &mut FlowBalance<T>, flows: [T; 3], opening: T, settling: bool) {
+    fn add_fast_flow(&self, sums: &mut FlowBalance<T>, flows: [T; 3], opening: T, settling: bool) {
         let ([residual, valve_flow, oil], limits, one) = (flows, &self.balance, T::splat(1.0));
         // A null bias leaves a constant residual. Until the low-passes have settled, the high-passes take all of it for
         // their mean, so that its beginning is no step.
