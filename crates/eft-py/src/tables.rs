@@ -1,7 +1,7 @@
 //! The tables of the simulator and of the core: traces, metrics, flags and causes.
 
 use eft_core::{Cause, status};
-use eft_sim::closed_loop::{self, Otherwise, TRACES, Traces};
+use eft_sim::closed_loop::{self, Fallback, TRACES, Traces};
 use eft_sim::metrics::METRICS;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,12 +12,12 @@ use crate::rig::GivenRig;
 /// "constant", "nominal" (of the learner), "absent", or the name of an equal trace.
 #[pyfunction]
 pub(crate) fn trace_table() -> Vec<(&'static str, &'static str, &'static str, &'static str)> {
-    let otherwise = |trace: &closed_loop::Trace| match trace.otherwise {
-        Otherwise::Recorded => "recorded",
-        Otherwise::Constant(_) => "constant",
-        Otherwise::Nominal(_) => "nominal",
-        Otherwise::Same(name) => name,
-        Otherwise::Absent => "absent",
+    let otherwise = |trace: &closed_loop::Trace| match trace.fallback {
+        Fallback::Recorded => "recorded",
+        Fallback::Constant(_) => "constant",
+        Fallback::Nominal(_) => "nominal",
+        Fallback::Same(name) => name,
+        Fallback::Absent => "absent",
     };
     TRACES.iter().map(|trace| (trace.name, trace.unit, trace.doc, otherwise(trace))).collect()
 }

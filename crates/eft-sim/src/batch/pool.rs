@@ -7,58 +7,58 @@ use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
 
-/// Time between two calls of `go_on`.
-const PATIENCE: Duration = Duration::from_millis(50);
+/// Time between two calls of `progress`.
+const REPORT_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Runs `work(0)` to `work(pieces - 1)`. Each returns some of the `total` results with their places. `work`
+/// Runs `work(0)` to `work(chunks - 1)`. Each returns some of the `total` results with their places. `work`
 /// also receives the flag that tells it to stop.
 ///
 /// # Errors
-/// [`Error::Interrupted`] if `go_on(done, total)`, called on the calling thread, returned `false`.
+/// [`Error::Interrupted`] if `progress(done, total)`, called on the calling thread, returned `false`.
 pub(super) fn run<T: Send>(
     threads: usize,
-    pieces: usize,
+    chunks: usize,
     total: usize,
     work: impl Fn(usize, &dyn Fn() -> bool) -> Vec<(usize, Result<T>)> + Sync,
-    mut go_on: impl FnMut(usize, usize) -> bool,
+    mut progress: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<Result<T>>> {
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     let stopped = || stop.load(Ordering::Relaxed);
     let mut results: Vec<_> = (0..total).map(|_| Err(Error::Interrupted)).collect();
     let (send, receive) = channel();
     thread::scope(|scope| {
-        for _ in 0..threads.min(pieces) {
+        for _ in 0..threads.min(chunks) {
             let (send, next, stopped, work) = (send.clone(), &next, &stopped, &work);
             scope.spawn(move || {
                 while !stopped() {
-                    let piece = next.fetch_add(1, Ordering::Relaxed);
-                    if piece >= pieces || send.send(work(piece, stopped)).is_err() {
+                    let chunk = next.fetch_add(1, Ordering::Relaxed);
+                    if chunk >= chunks || send.send(work(chunk, stopped)).is_err() {
                         break;
                     }
                 }
             });
         }
         drop(send);
-        let (mut done, mut asked) = (0, None::<Instant>);
+        let (mut done, mut last_report) = (0, None::<Instant>);
         loop {
-            if asked.is_none_or(|asked| asked.elapsed() >= PATIENCE) {
-                asked = Some(Instant::now());
-                if !go_on(done, total) {
+            if last_report.is_none_or(|last_report| last_report.elapsed() >= REPORT_INTERVAL) {
+                last_report = Some(Instant::now());
+                if !progress(done, total) {
                     stop.store(true, Ordering::Relaxed);
                 }
             }
-            match receive.recv_timeout(PATIENCE) {
+            match receive.recv_timeout(REPORT_INTERVAL) {
                 Ok(finished) => {
                     done += finished.len();
-                    for (place, result) in finished {
-                        results[place] = result;
+                    for (index, result) in finished {
+                        results[index] = result;
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
         }
-        go_on(done, total);
+        progress(done, total);
     });
     if stopped() { Err(Error::Interrupted) } else { Ok(results) }
 }

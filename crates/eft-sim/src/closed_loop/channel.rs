@@ -19,38 +19,39 @@ type Channel<P> = eft_core::Channel<P, TABLE_CAPACITY>;
 pub struct RigChannel<P: Precision> {
     channel: Box<Channel<P>>,
     state: Box<ChannelState<P>>,
-    learning: Option<Box<Learning<P>>>,
+    learning: Option<Box<RigLearner<P>>>,
 }
 
 /// A learner and its state.
 #[derive(Debug, Clone)]
-pub(super) struct Learning<P: Precision> {
+pub(super) struct RigLearner<P: Precision> {
     pub(super) learner: Learner<P, TABLE_CAPACITY>,
     pub(super) state: LearnerState<P>,
     /// At the start and after a reset.
-    start: LearnerState<P>,
+    initial_state: LearnerState<P>,
     /// What was saved, as the tick uses it from the first sample on.
-    pub(super) first: Option<Calibration<P>>,
+    pub(super) saved_calibration: Option<Calibration<P>>,
     /// The calibration from the last window, which is published before the next tick.
-    learned: Option<Calibration<P>>,
+    next_calibration: Option<Calibration<P>>,
 }
 
-impl<P: Precision> Learning<P> {
+impl<P: Precision> RigLearner<P> {
     /// A learner at rest, or one that starts from a saved calibration.
     ///
     /// # Errors
     /// Parameters that `eft-core` refuses.
     pub(super) fn new(parameters: &Parameters, saved: Option<&SavedCalibration>) -> Result<Self> {
         let learner = P::learner(parameters)?;
-        let saved = saved.map(|saved| learner.start_from(saved)).transpose().map_err(of_another_table)?;
-        let first = saved.as_ref().map(|state| learner.first_calibration(state));
-        let start = saved.unwrap_or_else(|| learner.at_rest());
-        Ok(Self { state: start, start, first, learner, learned: None })
+        let saved =
+            saved.map(|saved| learner.start_from(saved)).transpose().map_err(saved_calibration_error)?;
+        let saved_calibration = saved.as_ref().map(|state| learner.first_calibration(state));
+        let initial_state = saved.unwrap_or_else(|| learner.at_rest());
+        Ok(Self { state: initial_state, initial_state, saved_calibration, learner, next_calibration: None })
     }
 
     /// The channel's state at the start.
-    pub(super) fn start(&self, channel: &Channel<P>) -> ChannelState<P> {
-        self.first.as_ref().map_or_else(|| channel.at_rest(), |first| channel.at_rest_with(first))
+    pub(super) fn initial_channel_state(&self, channel: &Channel<P>) -> ChannelState<P> {
+        self.saved_calibration.as_ref().map_or_else(|| channel.at_rest(), |first| channel.at_rest_with(first))
     }
 
     /// The learned calibration, if anything was learned.
@@ -66,7 +67,7 @@ impl<P: Precision> Learning<P> {
 }
 
 /// The core's refusal of a saved calibration, with the remedy if it is of another flow table.
-fn of_another_table(error: ConfigError) -> Error {
+fn saved_calibration_error(error: ConfigError) -> Error {
     const KEY: &str = "calibration.greatest_flow";
     match error {
         ConfigError::OutOfRange { parameter: KEY, value, lowest, highest } => {
@@ -97,14 +98,14 @@ impl<P: Precision> RigChannel<P> {
     pub fn new(parameters: &Parameters, saved: Option<&SavedCalibration>) -> Result<Self> {
         let channel = Box::new(P::channel(parameters)?);
         let learns = parameters.learning.is_on();
-        let learning = learns.then(|| Learning::new(parameters, saved).map(Box::new)).transpose()?;
-        let state = Box::new(at_start(&channel, learning.as_deref()));
+        let learning = learns.then(|| RigLearner::new(parameters, saved).map(Box::new)).transpose()?;
+        let state = Box::new(initial_state(&channel, learning.as_deref()));
         Ok(Self { state, channel, learning })
     }
 
     /// The state at the start and after a reset.
     fn start(&self) -> ChannelState<P> {
-        at_start(&self.channel, self.learning.as_deref())
+        initial_state(&self.channel, self.learning.as_deref())
     }
 
     /// One tick.
@@ -114,45 +115,47 @@ impl<P: Precision> RigChannel<P> {
 
     /// One tick, with the compensation signal passed through `path` before the force loop.
     pub(crate) fn step_via(&mut self, input: &Input<f64>, path: impl FnOnce(P) -> P) -> Output<f64> {
-        if let Some(calibration) = self.learning.as_mut().and_then(|learning| learning.learned.take()) {
+        if let Some(calibration) =
+            self.learning.as_mut().and_then(|learning| learning.next_calibration.take())
+        {
             self.channel.publish(&mut self.state, calibration);
         }
-        let out = self.channel.step_via(&mut self.state, &rounded(input), path);
+        let out = self.channel.step_via(&mut self.state, &to_precision(input), path);
         if let (Some(window), Some(learning)) = (&out.window, &mut self.learning) {
-            learning.learned = Some(learning.learner.update(&mut learning.state, window));
+            learning.next_calibration = Some(learning.learner.update(&mut learning.state, window));
         }
-        widened(&out)
+        to_double(&out)
     }
 
     /// Returns the last output again and leaves the state unchanged.
     pub fn hold(&self) -> Output<f64> {
-        widened(&self.channel.hold(&self.state))
+        to_double(&self.channel.hold(&self.state))
     }
 
     /// The output before the first tick, which holds the valve at its known or saved null.
     pub fn before(&self) -> Output<f64> {
         let held = self.channel.hold(&self.start());
-        Output { velocity: 0.0, permitted_command: 0.0, status: 0, ..widened(&held) }
+        Output { velocity: 0.0, permitted_command: 0.0, status: 0, ..to_double(&held) }
     }
 
     /// Sets the state of a rig that has long been at this operating point, so that the next step with the
     /// same input has no bump. The calibration and the state of the protection are kept.
     pub fn prime(&mut self, input: &Input<f64>) {
-        self.channel.prime(&mut self.state, &rounded(input));
+        self.channel.prime(&mut self.state, &to_precision(input));
     }
 
     /// Returns to rest and to the saved calibration from which the learner started.
     pub fn reset(&mut self) {
         *self.state = self.start();
         if let Some(learning) = &mut self.learning {
-            learning.state = learning.start;
-            learning.learned = None;
+            learning.state = learning.initial_state;
+            learning.next_calibration = None;
         }
     }
 
     /// The present state.
     pub fn state(&self) -> RigChannelState<P> {
-        let learning = self.learning.as_ref().map(|learning| (learning.state, learning.learned));
+        let learning = self.learning.as_ref().map(|learning| (learning.state, learning.next_calibration));
         RigChannelState { channel: *self.state, learning }
     }
 
@@ -163,7 +166,9 @@ impl<P: Precision> RigChannel<P> {
     pub fn go_to(&mut self, state: &RigChannelState<P>) -> Result<()> {
         match (&mut self.learning, &state.learning) {
             (None, None) => {}
-            (Some(learning), Some((learned, next))) => (learning.state, learning.learned) = (*learned, *next),
+            (Some(learning), Some((learned, next))) => {
+                (learning.state, learning.next_calibration) = (*learned, *next)
+            }
             _ => {
                 let allowed =
                     "must be of a controller that learns where this one does, and of none elsewhere";
@@ -216,12 +221,12 @@ impl<P: Precision> RigChannel<P> {
     }
 }
 
-fn at_start<P: Precision>(channel: &Channel<P>, learning: Option<&Learning<P>>) -> ChannelState<P> {
-    learning.map_or_else(|| channel.at_rest(), |learning| learning.start(channel))
+fn initial_state<P: Precision>(channel: &Channel<P>, learning: Option<&RigLearner<P>>) -> ChannelState<P> {
+    learning.map_or_else(|| channel.at_rest(), |learning| learning.initial_channel_state(channel))
 }
 
 /// The input in the controller's precision.
-pub(super) fn rounded<P: Precision>(i: &Input<f64>) -> Input<P> {
+pub(super) fn to_precision<P: Precision>(i: &Input<f64>) -> Input<P> {
     Input {
         command: P::from_f64(i.command),
         velocity: P::from_f64(i.velocity),
@@ -238,7 +243,7 @@ pub(super) fn rounded<P: Precision>(i: &Input<f64>) -> Input<P> {
     }
 }
 
-fn widened<P: Precision>(out: &Output<P>) -> Output<f64> {
+fn to_double<P: Precision>(out: &Output<P>) -> Output<f64> {
     Output {
         voltage: out.voltage.to_f64(),
         compensation: out.compensation.to_f64(),

@@ -103,11 +103,11 @@ macro_rules! define {
             pub(crate) fn farthest(self, floors: &[Self]) -> Self {
                 Self {
                     $($learned: floors.iter().map(|floor| floor.$learned).fold(self.$learned, |most, value| {
-                        let away = |value: f64| {
+                        let distance = |value: f64| {
                             let start = if self.$learned.is_finite() { self.$learned } else { 0.0 };
                             (value - start).abs()
                         };
-                        if away(value) > away(most) || !most.is_finite() { value } else { most }
+                        if distance(value) > distance(most) || !most.is_finite() { value } else { most }
                     }),)*
                 }
             }
@@ -118,13 +118,13 @@ estimates!(define! {});
 
 /// Estimates that a controller uses until they change.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct InUse<S> {
+pub(crate) struct EstimatesInUse<S> {
     pub(crate) estimates: Estimates<S>,
     /// Number of changes since the start.
     pub(crate) changes: u32,
 }
 
-impl<S: Num> InUse<S> {
+impl<S: Num> EstimatesInUse<S> {
     pub(crate) fn new(estimates: Estimates<S>) -> Self {
         Self { estimates, changes: 0 }
     }
@@ -135,15 +135,15 @@ impl<S: Num> InUse<S> {
     }
 
     /// Uses these estimates from now on, which may be the same.
-    pub(crate) fn follow(&mut self, estimates: Estimates<S>) {
+    pub(crate) fn update(&mut self, estimates: Estimates<S>) {
         if !self.estimates.same_bits(&estimates) {
-            self.use_now(estimates);
+            self.replace(estimates);
         }
     }
 
     /// Uses other estimates from now on.
     #[inline(always)]
-    pub(crate) fn use_now(&mut self, estimates: Estimates<S>) {
+    pub(crate) fn replace(&mut self, estimates: Estimates<S>) {
         *self = Self { estimates, changes: self.changes.wrapping_add(1) };
     }
 }

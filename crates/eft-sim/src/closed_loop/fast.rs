@@ -7,7 +7,7 @@ use eft_core::{ControllerState, Mask, Scalar};
 use crate::closed_loop::digital_side::{DigitalSide, Feedback, SamplePath};
 use crate::closed_loop::{ClosedLoop, DigitalOutput, Precision, Recorder, Tick};
 use crate::lanes::{Num, Work};
-use crate::plant::{Driver, DriverKind, Exponential, FastState, Prediction, Signals, TimeGrid};
+use crate::plant::{AnyDrive, DriveKind, Exponential, FastState, Prediction, Signals, TimeGrid};
 use crate::{Result, RigConfig};
 
 /// The integration method of the plant between ticks.
@@ -39,11 +39,11 @@ struct FastFeedback<'a, S: Num> {
 
 impl<S: Num> Feedback<S> for FastFeedback<'_, S> {
     #[inline(always)]
-    fn command(&self, driver: &Driver<S>) -> S {
+    fn command(&self, driver: &AnyDrive<S>) -> S {
         match driver.kind {
-            DriverKind::Held => self.plant.driven_command(self.state, &driver.held),
-            DriverKind::Analog => self.plant.driven_command(self.state, &driver.cell.analog),
-            DriverKind::ThroughCell => self.plant.driven_command(self.state, &driver.cell),
+            DriveKind::Held => self.plant.driven_command(self.state, &driver.held),
+            DriveKind::Analog => self.plant.driven_command(self.state, &driver.cell.analog),
+            DriveKind::AnalogWithCell => self.plant.driven_command(self.state, &driver.cell),
         }
     }
 }
@@ -112,23 +112,23 @@ impl<S: Num, C: Scalar<Element: Precision>> FastLoop<S, C> {
 
     /// Advances the plant to the next tick under the drive of the last sample.
     #[inline(always)]
-    fn advance(&self, state: &mut LoopState<S, C>, prediction: &Prediction<S>, driver: &Driver<S>) {
+    fn advance(&self, state: &mut LoopState<S, C>, prediction: &Prediction<S>, driver: &AnyDrive<S>) {
         let (plant, now, grid) = (&self.plant, &state.plant, self.grid);
         match driver.kind {
-            DriverKind::Held => state.plant = plant.advance(now, prediction, &driver.held, grid),
-            DriverKind::Analog => state.plant = plant.advance(now, prediction, &driver.cell.analog, grid),
-            DriverKind::ThroughCell => state.plant = plant.advance(now, prediction, &driver.cell, grid),
+            DriveKind::Held => state.plant = plant.advance(now, prediction, &driver.held, grid),
+            DriveKind::Analog => state.plant = plant.advance(now, prediction, &driver.cell.analog, grid),
+            DriveKind::AnalogWithCell => state.plant = plant.advance(now, prediction, &driver.cell, grid),
         }
     }
 
     /// The same by Runge–Kutta.
     #[inline(always)]
-    fn advance_by_runge_kutta(&self, state: &mut LoopState<S, C>, driver: &Driver<S>) {
+    fn advance_by_runge_kutta(&self, state: &mut LoopState<S, C>, driver: &AnyDrive<S>) {
         let (plant, now, grid) = (&self.plant, &state.plant, self.grid);
         state.plant = match driver.kind {
-            DriverKind::Held => plant.advance_by_runge_kutta(now, &driver.held, grid),
-            DriverKind::Analog => plant.advance_by_runge_kutta(now, &driver.cell.analog, grid),
-            DriverKind::ThroughCell => plant.advance_by_runge_kutta(now, &driver.cell, grid),
+            DriveKind::Held => plant.advance_by_runge_kutta(now, &driver.held, grid),
+            DriveKind::Analog => plant.advance_by_runge_kutta(now, &driver.cell.analog, grid),
+            DriveKind::AnalogWithCell => plant.advance_by_runge_kutta(now, &driver.cell, grid),
         };
     }
 }

@@ -5,7 +5,7 @@ use eft_core::{ControllerState, Flags, Mask, Scalar, status};
 use crate::closed_loop::specimen::{ExternalStructure, PistonMotion, Specimen};
 use crate::closed_loop::{ClosedLoop, DigitalSide, Feedback, Precision, Recorder, Tick};
 use crate::lanes::{Num, Work};
-use crate::plant::{Driver, EnergyBalance, Plant, TimeGrid};
+use crate::plant::{AnyDrive, EnergyBalance, Plant, TimeGrid};
 use crate::{Result, RigConfig};
 
 /// The sampled closed loop of one rig, or of several side by side; `C` is the controller's number.
@@ -14,12 +14,12 @@ pub(crate) struct GeneralLoop<S: Num, C: Scalar<Element: Precision>> {
     /// One per actuator.
     pub(super) digital: Vec<DigitalSide<S, C>>,
     states: Vec<ControllerState<C>>,
-    drivers: Vec<Driver<S>>,
+    drivers: Vec<AnyDrive<S>>,
     /// An external structure that replaces the rig's own.
-    follower: Option<Box<dyn PistonMotion<S>>>,
+    external_structure: Option<Box<dyn PistonMotion<S>>>,
     grid: TimeGrid,
     /// Whether any lane has a protection. `tripped` marks the lanes in which one has tripped.
-    protected: bool,
+    has_protection: bool,
     tripped: S::Mask,
 }
 
@@ -31,7 +31,7 @@ struct ActuatorFeedback<'a, S: Num> {
 
 impl<S: Num> Feedback<S> for ActuatorFeedback<'_, S> {
     #[inline(always)]
-    fn command(&self, driver: &Driver<S>) -> S {
+    fn command(&self, driver: &AnyDrive<S>) -> S {
         self.plant.valve_command(self.number, driver)
     }
 }
@@ -49,9 +49,9 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
             drivers: Vec::with_capacity(digital.len()),
             digital,
             plant,
-            follower: None,
+            external_structure: None,
             grid,
-            protected: (0..S::LANES).any(|i| rig(i).protection.enabled),
+            has_protection: (0..S::LANES).any(|i| rig(i).protection.enabled),
             tripped: S::Mask::splat(false),
         })
     }
@@ -59,14 +59,15 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
     /// The same loop for metrics alone, without an energy balance.
     pub(crate) fn without_traces(self) -> Self {
         let digital = self.digital.into_iter().map(DigitalSide::without_traces).collect();
-        Self { plant: self.plant.without_account(), digital, ..self }
+        Self { plant: self.plant.without_energy(), digital, ..self }
     }
 
     /// Runs tick `i` of these commands.
     #[inline(always)]
     fn tick(&mut self, i: usize, commands: &[&[S]], recorder: &mut [impl Recorder<S>]) {
-        let Self { plant, digital, states, drivers, follower, grid, protected, tripped } = self;
-        if *protected && tripped.any() {
+        let Self { plant, digital, states, drivers, external_structure, grid, has_protection, tripped } =
+            self;
+        if *has_protection && tripped.any() {
             // Removing the force of one floor alone would overload the others.
             digital.iter_mut().for_each(|side| side.trip(*tripped));
             plant.open_bypass(*grid, *tripped);
@@ -75,14 +76,15 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
         let actuators = digital.iter_mut().zip(states).zip(commands.iter().zip(recorder)).enumerate();
         for (number, ((digital, state), (commands, recorder))) in actuators {
             let (now, mut truth) = (commands[i], plant.signals(number));
-            if let Some(acceleration) = follower.as_ref().and_then(|structure| structure.acceleration(number))
+            if let Some(acceleration) =
+                external_structure.as_ref().and_then(|structure| structure.acceleration(number))
             {
                 truth.acceleration = acceleration;
             }
             let next = commands.get(i + 1).copied().unwrap_or(now);
             let feedback = ActuatorFeedback { plant, number };
             let output = digital.sample::<false, false>(state, now, next, &truth, &feedback);
-            if *protected {
+            if *has_protection {
                 let trips = |lane| output.status.lane(lane) & status::TRIPPED != 0;
                 *tripped = *tripped | S::Mask::from_lanes(trips);
             }
@@ -91,16 +93,16 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
             let tick = Tick::new(now, actuator, plant.force(number), &truth, limits, &output);
             recorder.record(i, &tick, digital.estimates());
         }
-        match follower {
+        match external_structure {
             None => plant.advance(drivers, *grid),
-            Some(follower) => follower.advance(plant, drivers, *grid),
+            Some(external_structure) => external_structure.advance(plant, drivers, *grid),
         }
     }
 }
 
 impl<S: Num, C: Scalar<Element: Precision>> ClosedLoop<S, C> for GeneralLoop<S, C> {
     fn run(&mut self, commands: &[&[S]], ticks: usize, recorder: &mut [impl Recorder<S>]) -> usize {
-        S::dispatch(Ticks { test: self, commands, ticks, recorder })
+        S::dispatch(GeneralTicks { test: self, commands, ticks, recorder })
     }
     #[inline(always)]
     fn is_bounded(&self) -> S::Mask {
@@ -121,29 +123,29 @@ impl<S: Num, C: Scalar<Element: Precision>> ClosedLoop<S, C> for GeneralLoop<S, 
     }
     // The energy of an external structure is unknown.
     fn balance(&self, lane: usize) -> Option<EnergyBalance> {
-        self.follower.is_none().then(|| self.plant.balance(lane))
+        self.external_structure.is_none().then(|| self.plant.balance(lane))
     }
     fn failure(&self) -> Option<&str> {
-        self.follower.as_ref().and_then(|follower| follower.failure())
+        self.external_structure.as_ref().and_then(|external_structure| external_structure.failure())
     }
 }
 
 impl<C: Scalar<Element: Precision>> GeneralLoop<f64, C> {
     /// Replaces the rig's structure by an external one.
-    pub(crate) fn followed_by(&mut self, specimen: Specimen) {
-        self.follower = Some(Box::new(ExternalStructure::new(specimen, self.plant.actuators())));
+    pub(crate) fn set_external_structure(&mut self, specimen: Specimen) {
+        self.external_structure = Some(Box::new(ExternalStructure::new(specimen, self.plant.actuators())));
     }
 }
 
 /// Some ticks of a test.
-struct Ticks<'a, S: Num, C: Scalar<Element: Precision>, K> {
+struct GeneralTicks<'a, S: Num, C: Scalar<Element: Precision>, K> {
     test: &'a mut GeneralLoop<S, C>,
     commands: &'a [&'a [S]],
     ticks: usize,
     recorder: &'a mut [K],
 }
 
-impl<S: Num, C: Scalar<Element: Precision>, K: Recorder<S>> Work for Ticks<'_, S, C, K> {
+impl<S: Num, C: Scalar<Element: Precision>, K: Recorder<S>> Work for GeneralTicks<'_, S, C, K> {
     type Output = usize;
 
     #[inline(always)]

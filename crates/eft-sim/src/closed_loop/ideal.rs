@@ -121,7 +121,7 @@ fn motions_from<X: Clone + AsRef<[f64]> + AsMut<[f64]>>(
     let linear = whole_sample.or_else(|| linear(grid.step));
     let (mut stages, mut next) = (Stages::new(&state), state.clone());
     for i in 0..samples {
-        if i.is_multiple_of(grid.quick_ticks()) {
+        if i.is_multiple_of(grid.ticks_per_check()) {
             interruption::check()?;
         }
         let floors = state.as_ref().as_chunks().0;

@@ -25,16 +25,16 @@ impl<X: Clone + AsRef<[f64]> + AsMut<[f64]>> LinearMotion<X> {
     /// floor is finite. `rate(state, floor)` returns the rates of a state under 1 N on one floor or on none.
     /// `None` without linear motion, or if the structure is too stiff for the step.
     pub(super) fn new(
-        like: &X,
+        template: &X,
         step: f64,
         limit: f64,
         rate: impl Fn(&[f64], Option<usize>) -> Vec<f64>,
     ) -> Option<Self> {
-        let states = like.as_ref().len();
+        let states = template.as_ref().len();
         let floors = states / PER_FLOOR;
         let whole = transition(states, step, limit, &rate)?;
         let column = |n: usize| {
-            let mut column = like.clone();
+            let mut column = template.clone();
             column.as_mut().copy_from_slice(&whole.as_slice()[n * whole.nrows()..][..states]);
             column
         };

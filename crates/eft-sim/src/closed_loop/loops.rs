@@ -34,7 +34,7 @@ pub(crate) trait ClosedLoop<S: Num, C: Scalar<Element: Precision>> {
     /// Adds to a run of an actuator what is known at its end.
     fn complete(&self, run: &mut TestRun, actuator: usize, lane: usize) {
         let side = &self.digital_sides()[actuator];
-        run.learn(|openings| side.found_flows(openings, lane));
+        run.set_found_flows(|openings| side.found_flows(openings, lane));
         run.calibration = side.saved(lane);
         run.energy = self.balance(lane);
     }

@@ -1,18 +1,18 @@
 //! The sampled closed loop: `eft-core` around the continuous plant.
 
 mod channel;
-mod controller;
 mod digital_side;
 mod energy;
+mod estimate_history;
 mod estimates;
 mod external_controller;
 mod fast;
 mod general;
-mod held;
 mod ideal;
-mod learning;
+mod learning_lanes;
 mod linear_motion;
 mod loops;
+mod parameters;
 mod replay;
 mod signals;
 mod simulate;
@@ -24,20 +24,20 @@ mod traces;
 mod virtual_rig;
 
 pub use channel::{RigChannel, RigChannelState};
-pub use controller::{Precision, RigController, Width, adapts, parameters};
 pub(crate) use digital_side::{ChannelKind, DigitalSide, Feedback};
 pub use energy::{EnergyTraces, energy_of_traces};
-pub(crate) use estimates::{Estimates, InUse};
+pub use estimate_history::HeldTrace;
+pub(crate) use estimates::{Estimates, EstimatesInUse};
 pub(crate) use external_controller::ExternalController;
 pub use external_controller::ExternalOutput;
 pub(crate) use fast::FastLoop;
 pub use fast::Method;
 pub(crate) use general::GeneralLoop;
-pub use held::HeldTrace;
 pub(crate) use ideal::motions;
 pub use ideal::{IdealResponse, ideal_response, ideal_responses};
-pub(crate) use learning::LearningLanes;
+pub(crate) use learning_lanes::LearningLanes;
 pub(crate) use loops::ClosedLoop;
+pub use parameters::{Precision, RigController, Width, adapts, parameters};
 pub use replay::{Replay, replay};
 pub use simulate::{
     CONVERGED_STEP, DEFAULT_STEP, SimulateOptions, energy_balance, simulate, simulate_actuators,
@@ -51,5 +51,5 @@ pub use stepper::{PlantReading, PlantStepper};
 pub use test_run::{TestRun, corrected_rig};
 pub(crate) use tick::{DigitalOutput, Recorder, Tick};
 pub(crate) use traces::{BLOCK_TICKS, Block, supply_varies};
-pub use traces::{Otherwise, TRACES, Trace, Traces, Values};
+pub use traces::{Fallback, TRACES, Trace, Traces, Values};
 pub use virtual_rig::{RigReading, VirtualRig};

@@ -55,14 +55,14 @@ pub fn replay<P: Precision<Flags = u32>>(
         ..of_rig
     };
     let channel = P::channel(&parameters)?;
-    let mut learning = channel::Learning::<P>::new(&parameters, rig.calibration.only()?)?;
-    let mut state = learning.start(&channel);
+    let mut learning = channel::RigLearner::<P>::new(&parameters, rig.calibration.only()?)?;
+    let mut state = learning.initial_channel_state(&channel);
     let mut replay = Replay::default();
     for (tick, input) in inputs.iter().enumerate() {
         if tick.is_multiple_of(1024) {
             interruption::check()?;
         }
-        if let Some(window) = channel.step(&mut state, &channel::rounded(input)).window {
+        if let Some(window) = channel.step(&mut state, &channel::to_precision(input)).window {
             let calibration = learning.learner.update(&mut learning.state, &window);
             channel.publish(&mut state, calibration);
             replay.add((tick + 1) as f64 / sample_rate, &calibration);

@@ -53,9 +53,9 @@ impl SimulateOptions {
     /// # Errors
     /// As [`steps`](Self::steps).
     pub(crate) fn grid(&self, rig: &RigConfig, sample_rate: f64) -> Result<TimeGrid> {
-        let asked = self.steps(sample_rate)?;
-        let needed = Self { largest_step: longest_step(rig).min(self.largest_step), ..*self };
-        Ok(TimeGrid::new(sample_rate, needed.steps(sample_rate)?.max(asked)))
+        let requested = self.steps(sample_rate)?;
+        let required = Self { largest_step: longest_step(rig).min(self.largest_step), ..*self };
+        Ok(TimeGrid::new(sample_rate, required.steps(sample_rate)?.max(requested)))
     }
 }
 
@@ -66,21 +66,29 @@ impl Default for SimulateOptions {
 }
 
 /// A test, with an external controller and an external structure if they replace the rig's own.
-struct Asked<'a> {
+struct TestRequest<'a> {
     rig: &'a RigConfig,
     commands: &'a [Command],
     options: &'a SimulateOptions,
     controller: Option<ExternalController>,
     specimen: Option<Specimen>,
+    /// Whether the digital side is the firmware's channel and learner.
+    by_channel: bool,
+}
+
+impl<'a> TestRequest<'a> {
+    fn new(rig: &'a RigConfig, commands: &'a [Command], options: &'a SimulateOptions) -> Self {
+        Self { rig, commands, options, controller: None, specimen: None, by_channel: false }
+    }
 }
 
 /// Whether to go on, from the ticks done and all.
-type GoOn<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
+type Progress<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
 
 /// Runs `command` on `rig` with the controller in the precision `P`. The digital side runs at the command's
 /// sample rate.
 ///
-/// `go_on(done, total)` is called many times a second. If it returns `false`, the run ends with
+/// `progress(done, total)` is called many times a second. If it returns `false`, the run ends with
 /// [`Error::Interrupted`].
 ///
 /// A run ends if its state grows beyond 1e100 or becomes NaN. Its last tick has the flag
@@ -92,11 +100,11 @@ pub fn simulate<P: Precision>(
     rig: &RigConfig,
     command: &Command,
     options: &SimulateOptions,
-    go_on: impl FnMut(usize, usize) -> bool,
+    progress: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     one_actuator(rig)?;
     let commands = std::slice::from_ref(command);
-    Ok(simulate_actuators::<P>(rig, commands, options, go_on)?.swap_remove(0))
+    Ok(simulate_actuators::<P>(rig, commands, options, progress)?.swap_remove(0))
 }
 
 /// As [`simulate`], under one command per actuator. It returns one [`TestRun`] per actuator, the ground
@@ -109,9 +117,9 @@ pub fn simulate_actuators<P: Precision>(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    mut go_on: impl FnMut(usize, usize) -> bool,
+    mut progress: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    in_width(P::WIDTH, Asked { rig, commands, options, controller: None, specimen: None }, &mut go_on)
+    run_in_width(P::WIDTH, TestRequest::new(rig, commands, options), &mut progress)
 }
 
 /// As [`simulate_actuators`] with an external structure instead of the rig's own. If it cannot continue, the
@@ -124,10 +132,10 @@ pub fn simulate_specimen<P: Precision>(
     commands: &[Command],
     specimen: Specimen,
     options: &SimulateOptions,
-    mut go_on: impl FnMut(usize, usize) -> bool,
+    mut progress: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    let asked = Asked { rig, commands, options, controller: None, specimen: Some(specimen) };
-    in_width(P::WIDTH, asked, &mut go_on)
+    let request = TestRequest { specimen: Some(specimen), ..TestRequest::new(rig, commands, options) };
+    run_in_width(P::WIDTH, request, &mut progress)
 }
 
 /// As [`simulate`] in single precision, with an external controller instead of the rig's own, and optionally
@@ -138,29 +146,30 @@ pub(crate) fn simulate_controlled(
     options: &SimulateOptions,
     controller: ExternalController,
     specimen: Option<Specimen>,
-    mut go_on: impl FnMut(usize, usize) -> bool,
+    mut progress: impl FnMut(usize, usize) -> bool,
 ) -> Result<TestRun> {
     one_actuator(rig)?;
     let commands = std::slice::from_ref(command);
-    let asked = Asked { rig, commands, options, controller: Some(controller), specimen };
-    Ok(in_width(Width::Single, asked, &mut go_on)?.swap_remove(0))
+    let base = TestRequest::new(rig, commands, options);
+    let request = TestRequest { controller: Some(controller), specimen, ..base };
+    Ok(run_in_width(Width::Single, request, &mut progress)?.swap_remove(0))
 }
 
 // Inlined, so that a program with one precision contains one. The test in each is compiled here once.
 #[inline(always)]
-fn in_width(width: Width, asked: Asked<'_>, go_on: GoOn<'_>) -> Result<Vec<TestRun>> {
+fn run_in_width(width: Width, request: TestRequest<'_>, progress: Progress<'_>) -> Result<Vec<TestRun>> {
     match width {
-        Width::Single => in_single(asked, go_on),
-        Width::Double => in_double(asked, go_on),
+        Width::Single => run_in_single(request, progress),
+        Width::Double => run_in_double(request, progress),
     }
 }
 
-fn in_single(asked: Asked<'_>, go_on: GoOn<'_>) -> Result<Vec<TestRun>> {
-    through::<f32>(asked, go_on)
+fn run_in_single(request: TestRequest<'_>, progress: Progress<'_>) -> Result<Vec<TestRun>> {
+    run_request::<f32>(request, progress)
 }
 
-fn in_double(asked: Asked<'_>, go_on: GoOn<'_>) -> Result<Vec<TestRun>> {
-    through::<f64>(asked, go_on)
+fn run_in_double(request: TestRequest<'_>, progress: Progress<'_>) -> Result<Vec<TestRun>> {
+    run_request::<f64>(request, progress)
 }
 
 /// A test of the paper's plant whose digital side is the channel and the learner of the firmware: what tests hold
@@ -170,21 +179,10 @@ fn in_double(asked: Asked<'_>, go_on: GoOn<'_>) -> Result<Vec<TestRun>> {
 /// As [`simulate`].
 #[doc(hidden)]
 pub fn simulate_by_channel(rig: &RigConfig, command: &Command, width: Width) -> Result<TestRun> {
-    match width {
-        Width::Single => through_channel::<f32>(rig, command),
-        Width::Double => through_channel::<f64>(rig, command),
-    }
-}
-
-fn through_channel<P: Precision>(rig: &RigConfig, command: &Command) -> Result<TestRun> {
     one_actuator(rig)?;
-    let commands = std::slice::from_ref(command);
-    let (sample_rate, _) = check_commands(rig, commands)?;
-    let options = SimulateOptions::default();
-    let grid = options.grid(rig, sample_rate)?;
-    let mut test = FastLoop::<f64, P::Lanes<f64>>::new(&|_| rig, grid, options.method)?;
-    test.digital.run_by_channel(rig)?;
-    Ok(run_through(&mut test, rig, grid, commands, &mut |_, _| true)?.swap_remove(0))
+    let (commands, options) = (std::slice::from_ref(command), SimulateOptions::default());
+    let request = TestRequest { by_channel: true, ..TestRequest::new(rig, commands, &options) };
+    Ok(run_in_width(width, request, &mut |_, _| true)?.swap_remove(0))
 }
 
 /// The energy balance of such a test, for all actuators together.
@@ -199,7 +197,7 @@ pub fn energy_balance(
     let (sample_rate, _) = check_commands(rig, commands)?;
     let grid = options.grid(rig, sample_rate)?;
     let mut test = GeneralLoop::<f64, f64>::new(&|_| rig, grid)?;
-    run_through(&mut test, rig, grid, commands, &mut |_, _| true)?;
+    run_test(&mut test, rig, grid, commands, &mut |_, _| true)?;
     Ok(test.balance(0).unwrap_or_default())
 }
 
@@ -264,35 +262,38 @@ pub(crate) fn soft_end(rig: &RigConfig, sample_rate: f64, total: usize) -> Optio
         .then(|| total.saturating_sub(soft_end_ticks(rig, sample_rate)))
 }
 
-fn through<P: Precision>(asked: Asked<'_>, go_on: GoOn<'_>) -> Result<Vec<TestRun>> {
-    let Asked { rig, commands, options, controller, specimen } = asked;
+fn run_request<P: Precision>(request: TestRequest<'_>, progress: Progress<'_>) -> Result<Vec<TestRun>> {
+    let TestRequest { rig, commands, options, controller, specimen, by_channel } = request;
     let (sample_rate, _) = check_commands(rig, commands)?;
     let grid = options.grid(rig, sample_rate)?;
     let detailed = needs_detail(rig) || commands.len() > 1;
     if !detailed && specimen.is_none() {
         let mut test = FastLoop::<f64, P::Lanes<f64>>::new(&|_| rig, grid, options.method)?;
         if let Some(controller) = controller {
-            test.digital.controlled_by(controller);
+            test.digital.set_external_controller(controller);
         }
-        return run_through(&mut test, rig, grid, commands, go_on);
+        if by_channel {
+            test.digital.set_channel(rig)?;
+        }
+        return run_test(&mut test, rig, grid, commands, progress);
     }
     let mut test = GeneralLoop::<f64, P::Lanes<f64>>::new(&|_| rig, grid)?;
     if let (Some(controller), Some(side)) = (controller, test.digital.first_mut()) {
-        side.controlled_by(controller);
+        side.set_external_controller(controller);
     }
     if let Some(specimen) = specimen {
-        test.followed_by(specimen);
+        test.set_external_structure(specimen);
     }
-    run_through(&mut test, rig, grid, commands, go_on)
+    run_test(&mut test, rig, grid, commands, progress)
 }
 
 /// Runs a loop through a test under checked commands.
-fn run_through<C: Scalar<Element: Precision>>(
+fn run_test<C: Scalar<Element: Precision>>(
     test: &mut impl ClosedLoop<f64, C>,
     rig: &RigConfig,
     grid: TimeGrid,
     commands: &[Command],
-    go_on: GoOn<'_>,
+    progress: Progress<'_>,
 ) -> Result<Vec<TestRun>> {
     let Command { values, sample_rate } = &commands[0];
     let (sample_rate, total) = (*sample_rate, values.len());
@@ -301,7 +302,7 @@ fn run_through<C: Scalar<Element: Precision>>(
     let mut blocks: Vec<_> = commands.iter().map(|_| Block::<f64>::new(iter::once(rig))).collect();
     let mut start = 0;
     while start < total {
-        if !go_on(start, total) {
+        if !progress(start, total) {
             return Err(Error::Interrupted);
         }
         interruption::check()?;
@@ -309,11 +310,11 @@ fn run_through<C: Scalar<Element: Precision>>(
             test.end();
         }
         let end = soft_end.filter(|&end| end > start).unwrap_or(total);
-        let ticks = BLOCK_TICKS.min(grid.quick_ticks()).min(end - start);
+        let ticks = BLOCK_TICKS.min(grid.ticks_per_check()).min(end - start);
         let values: Vec<_> = commands.iter().map(|command| &command.values[start..]).collect();
         let done = test.run(&values, ticks, &mut blocks);
         for (block, run) in blocks.iter().zip(&mut runs) {
-            block.hand_over(done, &mut [(0, &mut run.traces)]);
+            block.append_to(done, &mut [(0, &mut run.traces)]);
         }
         if done < ticks {
             if test.failure().is_none() {
@@ -334,6 +335,6 @@ fn run_through<C: Scalar<Element: Precision>>(
     for (actuator, run) in runs.iter_mut().enumerate() {
         test.complete(run, actuator, 0);
     }
-    go_on(total, total);
+    progress(total, total);
     Ok(runs)
 }

@@ -2,9 +2,9 @@
 
 use eft_core::status;
 
-use crate::closed_loop::specimen::Exchange;
+use crate::closed_loop::specimen::StructureExchange;
 use crate::closed_loop::{Method, SimulateOptions, check_each};
-use crate::plant::{ActuatorState, Driver, Exponential, FastState, Plant, Signals, TimeGrid, needs_detail};
+use crate::plant::{ActuatorState, AnyDrive, Exponential, FastState, Plant, Signals, TimeGrid, needs_detail};
 use crate::{Error, Result, RigConfig};
 
 /// The true state of the plant at one tick.
@@ -39,16 +39,16 @@ pub struct PlantReading {
 /// The exchange is of second order: half the sample period gives a quarter of the error.
 #[derive(Debug, Clone)]
 pub struct PlantStepper {
-    plant: Integrated,
+    plant: IntegratedPlant,
     grid: TimeGrid,
     ticks: u64,
 }
 
 /// The plant and its integration, chosen as for a whole test.
 #[derive(Debug, Clone)]
-enum Integrated {
+enum IntegratedPlant {
     Fast(Box<Exponential<f64>>, FastState<f64>),
-    General(Box<Plant<f64>>, Exchange),
+    General(Box<Plant<f64>>, StructureExchange),
 }
 
 impl PlantStepper {
@@ -63,14 +63,14 @@ impl PlantStepper {
         let detailed = needs_detail(rig) || rig.structure.floors() > 1;
         let plant = if detailed || options.method == Method::RungeKutta {
             let plant = Plant::pack(&|_| rig)?;
-            let exchange = Exchange::new(plant.actuators());
-            Integrated::General(Box::new(plant), exchange)
+            let exchange = StructureExchange::new(plant.actuators());
+            IntegratedPlant::General(Box::new(plant), exchange)
         } else {
             // The valve command is held, as from a digital force loop.
             let digital = rig.replace(&[("controller.realization", "digital".into())])?;
             let plant = Exponential::pack(&|_| &digital, grid)?;
             let at_rest = plant.at_rest();
-            Integrated::Fast(Box::new(plant), at_rest)
+            IntegratedPlant::Fast(Box::new(plant), at_rest)
         };
         Ok(Self { plant, grid, ticks: 0 })
     }
@@ -79,8 +79,8 @@ impl PlantStepper {
     pub fn reset(&mut self) {
         self.ticks = 0;
         match &mut self.plant {
-            Integrated::Fast(plant, state) => *state = plant.at_rest(),
-            Integrated::General(plant, exchange) => {
+            IntegratedPlant::Fast(plant, state) => *state = plant.at_rest(),
+            IntegratedPlant::General(plant, exchange) => {
                 plant.reset();
                 exchange.reset();
             }
@@ -90,8 +90,8 @@ impl PlantStepper {
     /// Number of actuators.
     pub(crate) fn actuators(&self) -> usize {
         match &self.plant {
-            Integrated::Fast(..) => 1,
-            Integrated::General(plant, _) => plant.actuators(),
+            IntegratedPlant::Fast(..) => 1,
+            IntegratedPlant::General(plant, _) => plant.actuators(),
         }
     }
 
@@ -102,18 +102,18 @@ impl PlantStepper {
 
     /// The true signals of an actuator's sensors.
     pub(crate) fn signals(&self, i: usize) -> Signals<f64> {
-        self.look(i).2
+        self.observe(i).2
     }
 
     /// State, force (N) on the structure, true signals, and whether the spool is at a stop and the piston
     /// beyond its stroke.
-    fn look(&self, i: usize) -> (ActuatorState<f64>, f64, Signals<f64>, (bool, bool)) {
+    fn observe(&self, i: usize) -> (ActuatorState<f64>, f64, Signals<f64>, (bool, bool)) {
         match &self.plant {
-            Integrated::Fast(plant, state) => {
+            IntegratedPlant::Fast(plant, state) => {
                 let (blocks, state) = (&plant.plant, &state.plant);
                 (*state, blocks.force(state), blocks.signals(state), blocks.at_limits(state))
             }
-            Integrated::General(plant, exchange) => {
+            IntegratedPlant::General(plant, exchange) => {
                 let mut signals = plant.signals(i);
                 signals.acceleration = exchange.acceleration(i).unwrap_or(signals.acceleration);
                 (plant.actuator(i), plant.force(i), signals, plant.at_limits(i))
@@ -127,7 +127,7 @@ impl PlantStepper {
     }
 
     fn reading(&self, i: usize) -> PlantReading {
-        let (state, force, signals, (at_stop, beyond_stroke)) = self.look(i);
+        let (state, force, signals, (at_stop, beyond_stroke)) = self.observe(i);
         let flags = [
             (at_stop, status::SPOOL_STOP),
             (beyond_stroke, status::STROKE_EXCEEDED),
@@ -154,14 +154,14 @@ impl PlantStepper {
     /// # Errors
     /// A wrong number of commands, or one that is not finite.
     pub fn step(&mut self, valve_commands: &[f64]) -> Result<Vec<PlantReading>> {
-        let drivers = self.held(valve_commands)?;
+        let drivers = self.held_drivers(valve_commands)?;
         match &mut self.plant {
-            Integrated::Fast(plant, state) => {
+            IntegratedPlant::Fast(plant, state) => {
                 *state = plant.advance(state, &plant.predict(state), &drivers[0].held, self.grid);
             }
-            Integrated::General(plant, exchange) => {
+            IntegratedPlant::General(plant, exchange) => {
                 plant.advance(&drivers, self.grid);
-                exchange.passed();
+                exchange.clear_accelerations();
             }
         }
         self.ticks += 1;
@@ -175,10 +175,10 @@ impl PlantStepper {
     /// # Errors
     /// As [`step`](Self::step), or the exponential method, whose linear part contains the rig's structure.
     pub fn push(&mut self, valve_commands: &[f64]) -> Result<Vec<f64>> {
-        let drivers = self.held(valve_commands)?;
+        let drivers = self.held_drivers(valve_commands)?;
         let grid = self.grid;
-        let (plant, exchange) = self.exchanging()?;
-        let forces = exchange.push(plant, &drivers, grid);
+        let (plant, exchange) = self.external_exchange()?;
+        let forces = exchange.advance_hydraulics(plant, &drivers, grid);
         self.ticks += 1;
         Ok(forces)
     }
@@ -191,29 +191,29 @@ impl PlantStepper {
         let (actuators, grid) = (self.actuators(), self.grid);
         check_each("displacement", "m", displacements, actuators)?;
         check_each("velocity", "m/s", velocities, actuators)?;
-        let (plant, exchange) = self.exchanging()?;
-        exchange.follow(plant, displacements, velocities, grid);
+        let (plant, exchange) = self.external_exchange()?;
+        exchange.set_motions(plant, displacements, velocities, grid);
         Ok(())
     }
 
-    fn exchanging(&mut self) -> Result<(&mut Plant<f64>, &mut Exchange)> {
+    fn external_exchange(&mut self) -> Result<(&mut Plant<f64>, &mut StructureExchange)> {
         match &mut self.plant {
-            Integrated::General(plant, exchange) => Ok((plant, exchange)),
-            Integrated::Fast(..) => {
+            IntegratedPlant::General(plant, exchange) => Ok((plant, exchange)),
+            IntegratedPlant::Fast(..) => {
                 let allowed = "must be RungeKutta for an external structure";
                 Err(Error::value("method", "Exponential", allowed))
             }
         }
     }
 
-    fn held(&self, valve_commands: &[f64]) -> Result<Vec<Driver<f64>>> {
+    fn held_drivers(&self, valve_commands: &[f64]) -> Result<Vec<AnyDrive<f64>>> {
         check_each("valve_command", "V", valve_commands, self.actuators())?;
-        Ok(valve_commands.iter().map(|command| Driver::held(*command)).collect())
+        Ok(valve_commands.iter().map(|command| AnyDrive::held(*command)).collect())
     }
 
     /// Opens the bypass valves further for a sample, as after a trip.
     pub(crate) fn open_bypass(&mut self) {
-        if let Integrated::General(plant, _) = &mut self.plant {
+        if let IntegratedPlant::General(plant, _) = &mut self.plant {
             plant.open_bypass(self.grid, true);
         }
     }
@@ -224,8 +224,8 @@ impl PlantStepper {
         visit(&mut ticks);
         self.ticks = ticks as u64;
         match &mut self.plant {
-            Integrated::Fast(_, state) => state.numbers().into_iter().for_each(visit),
-            Integrated::General(plant, _) => plant.numbers(visit),
+            IntegratedPlant::Fast(_, state) => state.numbers().into_iter().for_each(visit),
+            IntegratedPlant::General(plant, _) => plant.numbers(visit),
         }
     }
 }

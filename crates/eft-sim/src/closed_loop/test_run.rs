@@ -72,7 +72,7 @@ impl TestRun {
     }
 
     /// Sets the learned flows (m³/s) at openings of the spool, if there are any.
-    pub(crate) fn learn(&mut self, found: impl FnOnce(&[f64]) -> Option<Vec<f64>>) {
+    pub(crate) fn set_found_flows(&mut self, found: impl FnOnce(&[f64]) -> Option<Vec<f64>>) {
         if let Some(flows) = self.rig.found_flows(found) {
             self.found_flows = flows;
         }

@@ -2,9 +2,9 @@
 
 use eft_core::{Scalar, status};
 
-use crate::closed_loop::InUse;
+use crate::closed_loop::EstimatesInUse;
 use crate::lanes::Num;
-use crate::plant::{ActuatorState, Driver, Signals};
+use crate::plant::{ActuatorState, AnyDrive, Signals};
 
 /// The result of the digital side at one tick.
 #[derive(Debug, Clone, Copy)]
@@ -16,7 +16,7 @@ pub(crate) struct DigitalOutput<S: Num> {
     pub(crate) compensation: S,
     pub(crate) status: S::Flags,
     /// What drives the valve until the next tick.
-    pub(crate) driver: Driver<S>,
+    pub(crate) driver: AnyDrive<S>,
 }
 
 /// The true state at one tick, before the tick's output acts, and the result of the digital side.
@@ -59,12 +59,12 @@ impl<'a, S: Num> Tick<'a, S> {
 /// Records the ticks of a test.
 pub(crate) trait Recorder<S: Num> {
     /// Records the `i`-th tick of a chunk, and the learner's estimates at that tick.
-    fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>);
+    fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &EstimatesInUse<S>);
 }
 
 impl<S: Num, K: Recorder<S>> Recorder<S> for Box<K> {
     #[inline(always)]
-    fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>) {
+    fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &EstimatesInUse<S>) {
         (**self).record(i, tick, estimates);
     }
 }

@@ -3,8 +3,8 @@
 
 use std::borrow::Cow;
 
-use crate::closed_loop::estimates::{Estimates, InUse, estimates};
-use crate::closed_loop::held::{HeldTrace, History};
+use crate::closed_loop::estimate_history::{EstimateHistory, HeldTrace};
+use crate::closed_loop::estimates::{Estimates, EstimatesInUse, estimates};
 use crate::closed_loop::{Recorder, Tick, adapts};
 use crate::config::{RigConfig, StructureKind, VelocitySource};
 use crate::instruments::{are_ideal, has_accelerometer, has_load_pressure};
@@ -21,19 +21,19 @@ pub struct Trace {
     /// Description.
     pub doc: &'static str,
     /// Its value in a test that does not record it.
-    pub otherwise: Otherwise,
+    pub fallback: Fallback,
 }
 
 impl Trace {
     /// Whether it is an estimate of the learner.
     pub fn is_learned(&self) -> bool {
-        matches!(self.otherwise, Nominal(_))
+        matches!(self.fallback, Nominal(_))
     }
 }
 
 /// The value of a trace in a test that does not record it.
 #[derive(Debug, Clone, Copy)]
-pub enum Otherwise {
+pub enum Fallback {
     /// Every test records it.
     Recorded,
     /// One constant value from the rig.
@@ -46,7 +46,7 @@ pub enum Otherwise {
     Absent,
 }
 
-use Otherwise::{Absent, Constant, Nominal, Recorded, Same};
+use Fallback::{Absent, Constant, Nominal, Recorded, Same};
 
 /// The groups of traces that a test records. A value that cannot change costs no memory and no time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -89,7 +89,7 @@ pub(crate) fn supply_varies(rig: &RigConfig) -> bool {
     needs_detail(rig) || rig.structure.kind == StructureKind::ShearBuilding
 }
 
-/// `name: unit, description, value of a tick => otherwise`, in groups that a test records together, after the
+/// `name: unit, description, value of a tick => fallback`, in groups that a test records together, after the
 /// learner's [`estimates`].
 macro_rules! traces {
     (
@@ -97,17 +97,17 @@ macro_rules! traces {
             $($learned:ident: $learned_unit:literal, $learned_doc:literal, $found:expr => $nominal:expr;)*
         }
         $($group:ident |$tick:ident| {
-            $($name:ident: $unit:literal, $doc:literal, $value:expr => $otherwise:expr;)*
+            $($name:ident: $unit:literal, $doc:literal, $value:expr => $fallback:expr;)*
         })*
     ) => {
         /// Every trace of floating-point numbers, in the order of tables and files.
         pub const TRACES: &[Trace] = &[
-            $($(Trace { name: stringify!($name), unit: $unit, doc: $doc, otherwise: $otherwise },)*)*
+            $($(Trace { name: stringify!($name), unit: $unit, doc: $doc, fallback: $fallback },)*)*
             $(Trace {
                 name: stringify!($learned),
                 unit: $learned_unit,
                 doc: $learned_doc,
-                otherwise: Nominal($nominal),
+                fallback: Nominal($nominal),
             },)*
         ];
 
@@ -116,7 +116,7 @@ macro_rules! traces {
         pub struct Traces {
             groups: Groups,
             $($(#[doc = $doc] #[doc = concat!("(", $unit, ").")] pub $name: Vec<f64>,)*)*
-            history: History,
+            history: EstimateHistory,
             /// Bits of [`eft_core::status`].
             pub status: Vec<u32>,
         }
@@ -124,11 +124,11 @@ macro_rules! traces {
         impl Traces {
             pub(crate) fn with_capacity(rig: &RigConfig, ticks: usize) -> Self {
                 let groups = Groups::of(rig);
-                let room = |recorded| Vec::with_capacity(if recorded { ticks } else { 0 });
+                let capacity = |recorded| Vec::with_capacity(if recorded { ticks } else { 0 });
                 Self {
                     groups,
-                    $($($name: room(groups.$group),)*)*
-                    history: History::default(),
+                    $($($name: capacity(groups.$group),)*)*
+                    history: EstimateHistory::default(),
                     status: Vec::with_capacity(ticks),
                 }
             }
@@ -140,14 +140,14 @@ macro_rules! traces {
             }
 
             /// The samples of a trace, and whether this test records it; `None` for an unknown name.
-            fn place(&self, name: &str) -> Option<(&Vec<f64>, bool)> {
+            fn recorded_samples(&self, name: &str) -> Option<(&Vec<f64>, bool)> {
                 match name {
                     $($(stringify!($name) => Some((&self.$name, self.groups.$group)),)*)*
                     _ => None,
                 }
             }
 
-            fn place_mut(&mut self, name: &str) -> Option<&mut Vec<f64>> {
+            fn samples_mut(&mut self, name: &str) -> Option<&mut Vec<f64>> {
                 match name {
                     $($(stringify!($name) => Some(&mut self.$name),)*)*
                     _ => None,
@@ -183,7 +183,7 @@ macro_rules! traces {
             groups: Groups,
             $($($name: [S; BLOCK_TICKS],)*)*
             /// The learner's estimates, each with the tick from which they were in use.
-            changes: Vec<(usize, InUse<S>)>,
+            changes: Vec<(usize, EstimatesInUse<S>)>,
             status: [S::Flags; BLOCK_TICKS],
         }
 
@@ -220,12 +220,12 @@ macro_rules! traces {
 
         impl<S: Num> Recorder<S> for Block<S> {
             #[inline(always)]
-            fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>) {
+            fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &EstimatesInUse<S>) {
                 $(if self.groups.$group {
                     $(self.$name[i] = { let $tick = tick; $value };)*
                 })*
                 if self.groups.learner {
-                    self.follow(i, estimates);
+                    self.record_estimates(i, estimates);
                 }
                 self.status[i] = tick.status;
             }
@@ -274,14 +274,14 @@ estimates!(traces! {
 pub(crate) const BLOCK_TICKS: usize = 128;
 
 /// Copies the first ticks of a block.
-struct HandOver<'a, 't, S: Num> {
+struct AppendBlock<'a, 't, S: Num> {
     block: &'a Block<S>,
     ticks: usize,
     /// Lanes and their traces.
     to: &'a mut [(usize, &'t mut Traces)],
 }
 
-impl<S: Num> Work for HandOver<'_, '_, S> {
+impl<S: Num> Work for AppendBlock<'_, '_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -293,7 +293,7 @@ impl<S: Num> Work for HandOver<'_, '_, S> {
 impl<S: Num> Block<S> {
     /// Records the estimates in use at the first tick and at every change.
     #[inline(always)]
-    fn follow(&mut self, tick: usize, estimates: &InUse<S>) {
+    fn record_estimates(&mut self, tick: usize, estimates: &EstimatesInUse<S>) {
         if tick == 0 {
             self.changes.clear();
         } else if self.changes.last().is_some_and(|(_, last)| last.changes == estimates.changes) {
@@ -303,8 +303,8 @@ impl<S: Num> Block<S> {
     }
 
     /// Copies the first ticks to the traces of these lanes.
-    pub(crate) fn hand_over(&self, ticks: usize, to: &mut [(usize, &mut Traces)]) {
-        S::dispatch(HandOver { block: self, ticks, to });
+    pub(crate) fn append_to(&self, ticks: usize, to: &mut [(usize, &mut Traces)]) {
+        S::dispatch(AppendBlock { block: self, ticks, to });
     }
 }
 
@@ -326,10 +326,10 @@ pub enum Values<'a> {
 impl Traces {
     /// The value of a trace of the table in this test of a rig.
     pub fn values(&mut self, trace: &Trace, rig: &RigConfig) -> Values<'_> {
-        if self.place(trace.name).is_some_and(|(_, recorded)| recorded) {
-            return self.place_mut(trace.name).map_or(Values::Absent, Values::Samples);
+        if self.recorded_samples(trace.name).is_some_and(|(_, recorded)| recorded) {
+            return self.samples_mut(trace.name).map_or(Values::Absent, Values::Samples);
         }
-        match trace.otherwise {
+        match trace.fallback {
             Nominal(_) if self.groups.learner => self.held(trace.name).map_or(Values::Absent, Values::Held),
             Constant(value) | Nominal(value) => Values::Constant(value(rig)),
             Same(name) => Values::Same(name),
@@ -339,9 +339,9 @@ impl Traces {
 
     /// The samples of a trace, or of the trace with the same values; empty if there are none.
     pub fn samples(&self, name: &str) -> &[f64] {
-        match self.place(name) {
+        match self.recorded_samples(name) {
             Some((samples, true)) => samples,
-            _ => match TRACES.iter().find(|trace| trace.name == name).map(|trace| trace.otherwise) {
+            _ => match TRACES.iter().find(|trace| trace.name == name).map(|trace| trace.fallback) {
                 Some(Same(other)) => self.samples(other),
                 _ => &[],
             },
@@ -359,7 +359,7 @@ impl Traces {
     }
 
     /// One value of a trace per sample.
-    fn whole(&self, name: &str) -> Cow<'_, [f64]> {
+    fn all_samples(&self, name: &str) -> Cow<'_, [f64]> {
         let held = self.held(name).map(|held| held.samples());
         held.map_or_else(|| Cow::from(self.samples(name)), Cow::from)
     }
@@ -373,7 +373,7 @@ impl Traces {
         }
         let unknown = |samples: &[f64]| !samples.is_empty() && samples.iter().all(|value| value.is_nan());
         let differences = TRACES.iter().filter_map(|Trace { name, .. }| {
-            let (a, b) = (self.whole(name), other.whole(name));
+            let (a, b) = (self.all_samples(name), other.all_samples(name));
             if unknown(&a) || unknown(&b) {
                 return None;
             }

@@ -6,7 +6,7 @@ use crate::closed_loop::{SimulateOptions, motions, one_actuator};
 use crate::config::{RigConfig, StructureKind};
 use crate::ground_motion::excitation::{samples, sine_sweep};
 use crate::plant::{
-    ActuatorState, Driver, Equations, Motion, Plant, ServoActuator, Spool, Stages, TimeGrid, runge_kutta,
+    ActuatorState, AnyDrive, Equations, Motion, Plant, ServoActuator, Spool, Stages, TimeGrid, runge_kutta,
 };
 use crate::{Error, Result, checks, interruption};
 
@@ -106,7 +106,7 @@ pub fn flow_test(
     let per_metre = FULL_SCALE / stroke;
     let mut test = FlowTest { command: Vec::new(), displacement: Vec::new(), spool: Vec::new() };
     for (i, command) in sweep.values.into_iter().enumerate() {
-        if i.is_multiple_of(grid.quick_ticks()) {
+        if i.is_multiple_of(grid.ticks_per_check()) {
             interruption::check()?;
         }
         let state = plant.actuator(0);
@@ -114,7 +114,7 @@ pub fn flow_test(
         test.displacement.push(state.displacement);
         test.spool.push(state.spool);
         let error = per_metre * (command - state.displacement);
-        plant.advance(&[Driver::held(error)], grid);
+        plant.advance(&[AnyDrive::held(error)], grid);
     }
     let finite = test.displacement.iter().all(|x| x.is_finite());
     let allowed = "must be large enough for the integration: the motion has no end";

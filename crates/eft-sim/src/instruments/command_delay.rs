@@ -13,9 +13,9 @@ use super::DelayLines;
 pub(crate) struct CommandDelay<S> {
     /// Whole samples of the command at the tick and of that at the next one.
     lines: [DelayLines; 2],
-    before: [S; 2],
+    last: [S; 2],
     /// The remaining part of a sample.
-    part: S,
+    fraction: S,
 }
 
 impl<S: Scalar<Element = f64>> CommandDelay<S> {
@@ -25,17 +25,17 @@ impl<S: Scalar<Element = f64>> CommandDelay<S> {
             return None;
         }
         let line = DelayLines::new(S::LANES, |i| delay(i) as usize, |_| 0.0);
-        let part = S::from_lanes(|i| delay(i).fract());
-        Some(Self { lines: [line.clone(), line], before: [S::splat(0.0); 2], part })
+        let fraction = S::from_lanes(|i| delay(i).fract());
+        Some(Self { lines: [line.clone(), line], last: [S::splat(0.0); 2], fraction })
     }
 
     /// The delayed commands (N) of the tick and of the next one.
-    pub(crate) fn pass(&mut self, commands: [S; 2]) -> [S; 2] {
+    pub(crate) fn delay(&mut self, commands: [S; 2]) -> [S; 2] {
         let mut delayed = commands;
-        for ((command, line), before) in delayed.iter_mut().zip(&mut self.lines).zip(&mut self.before) {
-            let later = line.pass(*command);
-            *command = later + self.part * (*before - later);
-            *before = later;
+        for ((command, line), last) in delayed.iter_mut().zip(&mut self.lines).zip(&mut self.last) {
+            let whole_delayed = line.delay(*command);
+            *command = whole_delayed + self.fraction * (*last - whole_delayed);
+            *last = whole_delayed;
         }
         delayed
     }
@@ -51,7 +51,7 @@ mod tests {
             let mut delay = CommandDelay::<f64>::new(|_| samples).unwrap();
             for tick in 0..20 {
                 let at = f64::from(tick);
-                let [now, next] = delay.pass([at, at + 1.0]);
+                let [now, next] = delay.delay([at, at + 1.0]);
                 if at > samples + 1.0 {
                     assert!((now - (at - samples)).abs() < 1e-12, "{samples}: {now} at {tick}");
                     assert!((next - (at + 1.0 - samples)).abs() < 1e-12, "{samples}: {next} at {tick}");

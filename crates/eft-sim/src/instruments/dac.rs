@@ -17,11 +17,11 @@ pub(crate) struct Dac<S> {
 }
 
 impl<S: Num> Dac<S> {
-    /// The converters `dac(0)`, `dac(1)`, …, one per lane, with an input of `rest(i)` V until now.
-    pub(crate) fn new<'a>(dac: impl Fn(usize) -> &'a config::Dac, rest: impl Fn(usize) -> f64) -> Self {
+    /// The converters `dac(0)`, `dac(1)`, …, one per lane, with an input of `initial(i)` V until now.
+    pub(crate) fn new<'a>(dac: impl Fn(usize) -> &'a config::Dac, initial: impl Fn(usize) -> f64) -> Self {
         let lane = |i| dac(i).range.map(|range| Quantizer::new(range, dac(i).bits));
         let mut lanes: Vec<_> = (0..S::LANES).map(lane).collect();
-        let converted = |i: usize| lanes[i].map_or(rest(i), |dac| dac.convert(rest(i)));
+        let converted = |i: usize| lanes[i].map_or(initial(i), |dac| dac.convert(initial(i)));
         let delay = DelayLines::new(S::LANES, |i| dac(i).delay as usize, converted);
         if lanes.iter().all(Option::is_none) {
             lanes.clear();
@@ -38,12 +38,12 @@ impl<S: Num> Dac<S> {
     #[inline(always)]
     pub(crate) fn convert(&mut self, voltage: S) -> (S, S::Flags) {
         if self.lanes.is_empty() {
-            return (self.delay.pass(voltage), S::Flags::default());
+            return (self.delay.delay(voltage), S::Flags::default());
         }
         let lane = |i: usize| self.lanes.get(i).copied().flatten();
         let out = S::from_lanes(|i| lane(i).map_or(voltage.lane(i), |dac| dac.convert(voltage.lane(i))));
         let clipped = S::Mask::from_lanes(|i| lane(i).is_some_and(|dac| dac.clips(voltage.lane(i))));
-        (self.delay.pass(out), S::flag(clipped, status::COMMAND_LIMITED))
+        (self.delay.delay(out), S::flag(clipped, status::COMMAND_LIMITED))
     }
 
     /// Visits every number of the state, to store or to replace it.

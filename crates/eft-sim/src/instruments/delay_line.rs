@@ -16,9 +16,9 @@ struct DelayLine {
 }
 
 impl DelayLines {
-    /// For a number of lanes; `delay(i)` is the delay of lane `i` in samples, `rest(i)` its signal before the first one.
-    pub(crate) fn new(lanes: usize, delay: impl Fn(usize) -> usize, rest: impl Fn(usize) -> f64) -> Self {
-        let line = |i| DelayLine { samples: vec![rest(i); delay(i)], next: 0 };
+    /// For a number of lanes; `delay(i)` is the delay of lane `i` in samples, `initial(i)` its signal before the first one.
+    pub(crate) fn new(lanes: usize, delay: impl Fn(usize) -> usize, initial: impl Fn(usize) -> f64) -> Self {
+        let line = |i| DelayLine { samples: vec![initial(i); delay(i)], next: 0 };
         let mut lines: Vec<_> = (0..lanes).map(line).collect();
         if lines.iter().all(|line| line.samples.is_empty()) {
             lines.clear();
@@ -33,18 +33,18 @@ impl DelayLines {
 
     /// Stores a sample and returns the delayed one, in every lane.
     #[inline(always)]
-    pub(crate) fn pass<S: Scalar>(&mut self, sample: S) -> S {
+    pub(crate) fn delay<S: Scalar>(&mut self, sample: S) -> S {
         if self.lines.is_empty() { sample } else { self.delayed(sample) }
     }
 
     // A separate function, so that the check before it is inlined.
     #[inline(never)]
     fn delayed<S: Scalar>(&mut self, sample: S) -> S {
-        S::from_lanes(|i| S::Element::from_f64(self.pass_lane(i, sample.lane(i).to_f64())))
+        S::from_lanes(|i| S::Element::from_f64(self.delay_lane(i, sample.lane(i).to_f64())))
     }
 
     /// The same in one lane.
-    pub(crate) fn pass_lane(&mut self, lane: usize, sample: f64) -> f64 {
+    pub(crate) fn delay_lane(&mut self, lane: usize, sample: f64) -> f64 {
         let Some(line) = self.lines.get_mut(lane) else { return sample };
         let Some(oldest) = line.samples.get_mut(line.next) else { return sample };
         let delayed = std::mem::replace(oldest, sample);

@@ -21,7 +21,7 @@ impl LowPass {
         Self { pole, older: mean - pole, newer: 1.0 - mean, last: None }
     }
 
-    pub(crate) fn pass(&mut self, signal: f64) -> f64 {
+    pub(crate) fn step(&mut self, signal: f64) -> f64 {
         let [input, output] = self.last.unwrap_or([signal; 2]);
         let output = self.pole * output + self.older * input + self.newer * signal;
         self.last = Some([signal, output]);
@@ -46,7 +46,7 @@ mod tests {
         let (gain, lag) = (1.0 / (1.0 + ratio * ratio).sqrt(), ratio.atan());
         for n in 0..8192 {
             let phase = TAU * frequency * f64::from(n) / rate;
-            let out = filter.pass(phase.sin());
+            let out = filter.step(phase.sin());
             if n > 4096 {
                 // The chord of a sine is below it by (2πf/f_s)²/12 on average.
                 assert!((out - gain * (phase - lag).sin()).abs() < 1e-4);

@@ -53,7 +53,7 @@ impl<S: Num> Sensors<S> {
             .collect();
         let fault = |i: usize, signal| {
             let fault = rig(i).plant().sensors.fault.as_ref().filter(|fault| fault.signal == signal);
-            fault.map(|fault| in_ticks(fault, sample_rate))
+            fault.map(|fault| fault_in_ticks(fault, sample_rate))
         };
         let lanes = |of: fn(&config::Sensors) -> &config::Sensor, signal, stream| {
             let described = |i: usize| {
@@ -81,7 +81,7 @@ impl<S: Num> Sensors<S> {
     pub(crate) fn read(&mut self, truth: &Signals<S>) -> (Signals<S>, AnalogOutput<S>) {
         let tick = self.tick;
         self.tick += 1;
-        let (force, wire) = self.force.read(tick, truth.force);
+        let (force, analog) = self.force.read(tick, truth.force);
         let readings = Signals {
             displacement: self.displacement.read(tick, truth.displacement).0,
             velocity: self.velocity.read(tick, truth.velocity).0,
@@ -91,7 +91,7 @@ impl<S: Num> Sensors<S> {
             acceleration: self.acceleration.read(tick, truth.acceleration).0,
             load_pressure: self.load_pressure.read(tick, truth.load_pressure).0,
         };
-        (readings, wire)
+        (readings, analog)
     }
 
     /// Visits every number of the state after the first reading, to store or to replace it.
@@ -143,7 +143,7 @@ pub(crate) fn has_load_pressure(rig: &RigConfig) -> bool {
         || sensors.fault.as_ref().is_some_and(|fault| fault.signal == FaultSignal::LoadPressure)
 }
 
-fn in_ticks(fault: &SensorFault, sample_rate: f64) -> Fault {
+fn fault_in_ticks(fault: &SensorFault, sample_rate: f64) -> Fault {
     // The conversion saturates, because a fault after the end of any run never occurs.
     let tick = |time: f64| (time * sample_rate - 1e-9).ceil().max(0.0) as u64;
     let end = fault.duration.map_or(u64::MAX, |duration| tick(fault.start + duration));

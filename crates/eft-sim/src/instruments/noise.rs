@@ -51,7 +51,7 @@ impl Noise {
             let even = first.wrapping_add(2 * pair as u64);
             // Never 0, because its logarithm is infinite.
             let radius = (-2.0 * logarithm(1.0 - self.uniform(even))).sqrt();
-            let (c, s) = turn(self.uniform(even.wrapping_add(1)));
+            let (c, s) = cosine_and_sine(self.uniform(even.wrapping_add(1)));
             (*cosine, *sine) = (radius * c, radius * s);
         }
         for (pair, (cosine, sine)) in cosines.iter().zip(&sines).enumerate() {
@@ -96,7 +96,7 @@ fn logarithm(x: f64) -> f64 {
 
 /// Cosine and sine of a fraction of a turn in [0, 1).
 #[inline(always)]
-fn turn(share: f64) -> (f64, f64) {
+fn cosine_and_sine(share: f64) -> (f64, f64) {
     // The sum of this and a small number rounds the number to an integer, which is in the last bits of the
     // sum.
     const ROUND: f64 = 6_755_399_441_055_744.0;
@@ -113,8 +113,8 @@ fn turn(share: f64) -> (f64, f64) {
     let sine = sine * angle;
     let odd = bits & 1 == 1;
     let (c, s) = if odd { (sine, cosine) } else { (cosine, sine) };
-    let turned = |value: f64, quarters: u64| f64::from_bits(value.to_bits() ^ ((quarters << 62) & SIGN));
-    (turned(c, bits.wrapping_add(1)), turned(s, bits))
+    let signed = |value: f64, quarters: u64| f64::from_bits(value.to_bits() ^ ((quarters << 62) & SIGN));
+    (signed(c, bits.wrapping_add(1)), signed(s, bits))
 }
 
 /// The noise of one sensor per lane, in sequence from index 0.
@@ -132,11 +132,11 @@ impl<S: Num> NoiseLanes<S> {
     /// Normal deviates at an index, which must be 0 or the one after the last.
     #[inline(always)]
     pub(crate) fn at(&mut self, index: u64) -> S {
-        let place = index as usize % BLOCK;
-        if place == 0 {
+        let offset = index as usize % BLOCK;
+        if offset == 0 {
             self.fill(index / BLOCK as u64);
         }
-        self.block[place]
+        self.block[offset]
     }
 
     /// Sets the index of the next call.
@@ -191,12 +191,12 @@ mod tests {
             let x = (1.0 - share) * 2f64.powi(-(i as i32 % 50));
             // This logarithm has three roundings, the library's has one.
             assert!((logarithm(x) - x.ln()).abs() <= 6e-16 * x.ln().abs().max(0.5), "{x}");
-            let (c, s) = turn(share);
+            let (c, s) = cosine_and_sine(share);
             let (sine, cosine) = (TAU * share).sin_cos();
             // The angle passed to the library is itself rounded.
             assert!((c - cosine).abs() < 1e-15 && (s - sine).abs() < 1e-15, "{share}");
         }
-        assert_eq!((logarithm(1.0), turn(0.0), turn(0.5).0), (0.0, (1.0, 0.0), -1.0));
+        assert_eq!((logarithm(1.0), cosine_and_sine(0.0), cosine_and_sine(0.5).0), (0.0, (1.0, 0.0), -1.0));
     }
 
     #[test]

@@ -35,15 +35,15 @@ pub(crate) struct AnalogOutput<S> {
 /// Whether a sensor reports the true value.
 pub(crate) fn is_ideal(sensor: &config::Sensor) -> bool {
     let config::Sensor { gain, noise, bandwidth, bits, range, delay, bias, dropout } = sensor;
-    let exact = *gain == 1.0 && *noise == 0.0 && *bias == 0.0 && *dropout == 0.0;
-    exact && *delay == 0 && bandwidth.is_none() && bits.is_none() && range.is_none()
+    let ideal = *gain == 1.0 && *noise == 0.0 && *bias == 0.0 && *dropout == 0.0;
+    ideal && *delay == 0 && bandwidth.is_none() && bits.is_none() && range.is_none()
 }
 
 /// One sensor per lane.
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor<S: Num> {
     /// Lanes with an ideal sensor.
-    exact: S::Mask,
+    ideal: S::Mask,
     /// Empty if no lane has a bandwidth.
     filters: Vec<Option<LowPass>>,
     gain: S,
@@ -52,12 +52,12 @@ pub(crate) struct Sensor<S: Num> {
     /// `None` if no lane has noise.
     noise: Option<NoiseLanes<S>>,
     /// Empty if in every lane the reading equals the analog output.
-    ends: Vec<End>,
+    digital_stages: Vec<DigitalStage>,
 }
 
 /// The digital part of a sensor, after its analog output.
 #[derive(Debug, Clone)]
-struct End {
+struct DigitalStage {
     converter: Option<Quantizer>,
     fault: Option<Fault>,
     stuck_at: f64,
@@ -68,31 +68,32 @@ struct End {
 }
 
 /// A sensor: its configuration, its fault and the seed of its noise.
-pub(crate) type Described<'a> = (&'a config::Sensor, Option<Fault>, u64);
+pub(crate) type LaneSensor<'a> = (&'a config::Sensor, Option<Fault>, u64);
 
 impl<S: Num> Sensor<S> {
     /// The sensors `of(0)`, `of(1)`, … one per lane, with noise from the streams `stream` and `stream + 1`.
-    pub(crate) fn new<'a>(of: &dyn Fn(usize) -> Described<'a>, sample_rate: f64, stream: u64) -> Self {
+    pub(crate) fn new<'a>(of: &dyn Fn(usize) -> LaneSensor<'a>, sample_rate: f64, stream: u64) -> Self {
         let lanes: Vec<_> = (0..S::LANES).map(of).collect();
         let number = |value: fn(&config::Sensor) -> f64| S::from_lanes(|i| value(lanes[i].0));
-        let filter = |lane: &Described<'_>| lane.0.bandwidth.map(|corner| LowPass::new(corner, sample_rate));
+        let filter = |lane: &LaneSensor<'_>| lane.0.bandwidth.map(|corner| LowPass::new(corner, sample_rate));
         let mut filters: Vec<_> = lanes.iter().map(filter).collect();
         if filters.iter().all(Option::is_none) {
             filters.clear();
         }
-        let mut ends: Vec<_> = lanes.iter().map(|lane| End::new(lane, stream + 1)).collect();
-        if ends.iter().all(End::is_none) {
-            ends.clear();
+        let mut digital_stages: Vec<_> =
+            lanes.iter().map(|lane| DigitalStage::new(lane, stream + 1)).collect();
+        if digital_stages.iter().all(DigitalStage::is_none) {
+            digital_stages.clear();
         }
         let noisy = lanes.iter().any(|lane| lane.0.noise > 0.0);
         Self {
-            exact: S::Mask::from_lanes(|i| is_ideal(lanes[i].0) && lanes[i].1.is_none()),
+            ideal: S::Mask::from_lanes(|i| is_ideal(lanes[i].0) && lanes[i].1.is_none()),
             filters,
             gain: number(|sensor| sensor.gain),
             bias: number(|sensor| sensor.bias),
             deviation: number(|sensor| sensor.noise),
             noise: noisy.then(|| NoiseLanes::new(|i| Noise::new(lanes[i].2, stream))),
-            ends,
+            digital_stages,
         }
     }
 
@@ -100,40 +101,40 @@ impl<S: Num> Sensor<S> {
     /// sequence from 0. A lost sample reads NaN. Before the first tick the signal was constant.
     #[inline(always)]
     pub(crate) fn read(&mut self, tick: u64, signal: S) -> (S, AnalogOutput<S>) {
-        if self.exact.all() {
+        if self.ideal.all() {
             return (signal, AnalogOutput { gain: S::splat(1.0), offset: S::splat(0.0) });
         }
-        let mut passed = signal;
+        let mut filtered = signal;
         if !self.filters.is_empty() {
             let lanes = &mut self.filters;
-            passed =
-                S::from_lanes(|i| lanes[i].as_mut().map_or(signal.lane(i), |one| one.pass(signal.lane(i))));
+            filtered =
+                S::from_lanes(|i| lanes[i].as_mut().map_or(signal.lane(i), |one| one.step(signal.lane(i))));
         }
         let mut error = self.bias;
         if let Some(noise) = &mut self.noise {
             error = error + self.deviation * noise.at(tick);
         }
-        let (mut reading, mut wire) =
-            (self.gain * passed + error, AnalogOutput { gain: self.gain, offset: error });
-        if !self.ends.is_empty() {
+        let (mut reading, mut analog) =
+            (self.gain * filtered + error, AnalogOutput { gain: self.gain, offset: error });
+        if !self.digital_stages.is_empty() {
             let mut answers = [(0.0, AnalogOutput { gain: 0.0, offset: 0.0 }); WIDEST];
-            for (i, (end, answer)) in self.ends.iter_mut().zip(&mut answers).enumerate() {
-                let wire = AnalogOutput { gain: wire.gain.lane(i), offset: wire.offset.lane(i) };
-                *answer = end.read(tick, reading.lane(i), wire);
+            for (i, (digital_stage, answer)) in self.digital_stages.iter_mut().zip(&mut answers).enumerate() {
+                let analog = AnalogOutput { gain: analog.gain.lane(i), offset: analog.offset.lane(i) };
+                *answer = digital_stage.read(tick, reading.lane(i), analog);
             }
             reading = S::from_lanes(|i| answers[i].0);
-            wire.gain = S::from_lanes(|i| answers[i].1.gain);
-            wire.offset = S::from_lanes(|i| answers[i].1.offset);
+            analog.gain = S::from_lanes(|i| answers[i].1.gain);
+            analog.offset = S::from_lanes(|i| answers[i].1.offset);
         }
-        (S::select(self.exact, signal, reading), wire)
+        (S::select(self.ideal, signal, reading), analog)
     }
 
     /// Visits every number of the state after the first reading, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         self.filters.iter_mut().flatten().for_each(|filter| filter.numbers(visit));
-        for end in &mut self.ends {
-            visit(&mut end.stuck_at);
-            end.pending.iter_mut().for_each(&mut *visit);
+        for digital_stage in &mut self.digital_stages {
+            visit(&mut digital_stage.stuck_at);
+            digital_stage.pending.iter_mut().for_each(&mut *visit);
         }
     }
 
@@ -145,8 +146,8 @@ impl<S: Num> Sensor<S> {
     }
 }
 
-impl End {
-    fn new((sensor, fault, seed): &Described<'_>, stream: u64) -> Self {
+impl DigitalStage {
+    fn new((sensor, fault, seed): &LaneSensor<'_>, stream: u64) -> Self {
         Self {
             converter: sensor.range.map(|range| Quantizer::new(range, sensor.bits)),
             fault: *fault,
@@ -162,25 +163,30 @@ impl End {
         self.converter.is_none() && self.fault.is_none() && self.delay == 0 && self.dropout == 0.0
     }
 
-    fn read(&mut self, tick: u64, seen: f64, sound: AnalogOutput<f64>) -> (f64, AnalogOutput<f64>) {
-        let converted = self.converter.map_or(seen, |converter| converter.convert(seen));
-        let (reported, wire) = match self.fault {
+    fn read(&mut self, tick: u64, analog_value: f64, healthy: AnalogOutput<f64>) -> (f64, AnalogOutput<f64>) {
+        let converted = self.converter.map_or(analog_value, |converter| converter.convert(analog_value));
+        let (reported, analog) = match self.fault {
             Some(fault) if (fault.first..fault.end).contains(&tick) => match fault.kind {
                 FaultKind::Lost => (f64::NAN, AnalogOutput { gain: 0.0, offset: 0.0 }),
                 FaultKind::Zero => (0.0, AnalogOutput { gain: 0.0, offset: 0.0 }),
                 FaultKind::Stuck => (self.stuck_at, AnalogOutput { gain: 0.0, offset: self.stuck_at }),
-                FaultKind::Sign => (-converted, AnalogOutput { gain: -sound.gain, offset: -sound.offset }),
+                FaultKind::Sign => {
+                    (-converted, AnalogOutput { gain: -healthy.gain, offset: -healthy.offset })
+                }
                 FaultKind::Gain => {
-                    let off = fault.gain;
-                    (off * converted, AnalogOutput { gain: off * sound.gain, offset: off * sound.offset })
+                    let gain = fault.gain;
+                    (
+                        gain * converted,
+                        AnalogOutput { gain: gain * healthy.gain, offset: gain * healthy.offset },
+                    )
                 }
             },
-            _ => (converted, sound),
+            _ => (converted, healthy),
         };
         self.stuck_at = reported;
         let delivered = self.delayed(reported);
         let dropped = self.dropout > 0.0 && self.lost.uniform(tick) < self.dropout;
-        (if dropped { f64::NAN } else { delivered }, wire)
+        (if dropped { f64::NAN } else { delivered }, analog)
     }
 
     fn delayed(&mut self, reading: f64) -> f64 {

@@ -19,7 +19,7 @@ pub(crate) struct Actuator<S: Num> {
     attachment: Attachment<S>,
     /// Whether any lane's motion is measured at a piston that moves relative to the structure, and 1 in the
     /// lanes in which it is.
-    pub(crate) yields: bool,
+    pub(crate) measures_at_piston: bool,
     at_piston: S,
     stroke: S,
     /// Whether any lane has chambers of variable volume.
@@ -37,7 +37,7 @@ impl<S: Num> Actuator<S> {
             per_compressibility: S::from_lanes(|i| 1.0 / compressibility(i)),
             share_of_oil: S::from_lanes(|i| rig(i).actuator.compressibility / compressibility(i)),
             attachment: Attachment::pack(rig),
-            yields: (0..S::LANES).any(|i| rig(i).piston_moves_alone()),
+            measures_at_piston: (0..S::LANES).any(|i| rig(i).piston_moves_alone()),
             at_piston: S::from_lanes(|i| f64::from(u8::from(rig(i).piston_moves_alone()))),
             stroke: S::from_lanes(|i| rig(i).actuator.stroke),
             has_chambers: (0..S::LANES).any(|i| rig(i).actuator.dead_length.is_some()),
@@ -180,6 +180,6 @@ mod tests {
         let energy = (a.piston_area * 3e6).powi(2) / 2.0 * (1.0 / oil + 1.0 / stiffness);
         assert!((actuator.stored(3e6, 0.0) / energy - 1.0).abs() < 1e-12);
         let plain = changed(&[]);
-        assert!(actuator.yields && !Actuator::<f64>::pack(&|_| &plain).yields);
+        assert!(actuator.measures_at_piston && !Actuator::<f64>::pack(&|_| &plain).measures_at_piston);
     }
 }

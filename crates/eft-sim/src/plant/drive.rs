@@ -13,7 +13,7 @@ pub(crate) trait Drive<S: Num>: Copy {
 
     /// Difference of the demand (V) at zero force and rate, a time (s) after the sample, from a level (V).
     #[inline(always)]
-    fn above(&self, level: S, time: S) -> S {
+    fn demand_difference(&self, level: S, time: S) -> S {
         self.demand(time, S::splat(0.0), S::splat(0.0)) - level
     }
 
@@ -22,7 +22,7 @@ pub(crate) trait Drive<S: Num>: Copy {
 
     /// Lanes in which the demand depends on force and rate as with a working load cell of this gain (1).
     #[inline(always)]
-    fn is_sound(&self, _cell_gain: S) -> S::Mask {
+    fn has_nominal_cell(&self, _cell_gain: S) -> S::Mask {
         S::Mask::splat(true)
     }
 
@@ -34,13 +34,13 @@ pub(crate) trait Drive<S: Num>: Copy {
 
     /// Whether [`limit`](Self::limit) may change a demand.
     #[inline(always)]
-    fn limits(&self) -> bool {
+    fn has_limit(&self) -> bool {
         false
     }
 
     /// Lanes in which [`limit`](Self::limit) does not change a demand (V).
     #[inline(always)]
-    fn passes(&self, _demand: S) -> S::Mask {
+    fn is_unlimited(&self, _demand: S) -> S::Mask {
         S::Mask::splat(true)
     }
 
@@ -65,12 +65,12 @@ impl<S, F: Fn(S, S) -> S> Valve<S> for F {
 }
 
 /// A drive at a time (s) after its sample.
-pub(crate) struct At<'a, D, S> {
+pub(crate) struct DriveAt<'a, D, S> {
     pub(crate) drive: &'a D,
     pub(crate) time: S,
 }
 
-impl<S: Num, D: Drive<S>> Valve<S> for At<'_, D, S> {
+impl<S: Num, D: Drive<S>> Valve<S> for DriveAt<'_, D, S> {
     #[inline(always)]
     fn command(&self, force: S, force_rate: S) -> S {
         self.drive.valve_command(self.time, force, force_rate)
@@ -143,27 +143,27 @@ impl<S: Num> Analog<S> {
 
     /// The same controller with a load cell that reads `gain·force + offset`.
     #[inline(always)]
-    pub(crate) fn through(self, (gain, offset): (S, S)) -> ThroughCell<S> {
-        ThroughCell { analog: self, gain, offset, authority: S::splat(1.0) }
+    pub(crate) fn with_load_cell(self, (gain, offset): (S, S)) -> AnalogWithCell<S> {
+        AnalogWithCell { analog: self, gain, offset, authority: S::splat(1.0) }
     }
 }
 
 /// The analog realization with a load cell that is not ideal; the offset (N) is held between samples.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct ThroughCell<S> {
+pub(crate) struct AnalogWithCell<S> {
     pub(crate) analog: Analog<S>,
     pub(crate) gain: S,
     pub(crate) offset: S,
     pub(crate) authority: S,
 }
 
-impl<S: Num> Drive<S> for ThroughCell<S> {
+impl<S: Num> Drive<S> for AnalogWithCell<S> {
     #[inline(always)]
     fn demand(&self, time: S, force: S, force_rate: S) -> S {
         self.analog.demand(time, self.gain * force + self.offset, self.gain * force_rate)
     }
     #[inline(always)]
-    fn above(&self, level: S, time: S) -> S {
+    fn demand_difference(&self, level: S, time: S) -> S {
         self.analog.demand_above(level, time, self.offset)
     }
     #[inline(always)]
@@ -171,7 +171,7 @@ impl<S: Num> Drive<S> for ThroughCell<S> {
         self.analog.slope()
     }
     #[inline(always)]
-    fn is_sound(&self, cell_gain: S) -> S::Mask {
+    fn has_nominal_cell(&self, cell_gain: S) -> S::Mask {
         self.gain.le(cell_gain) & self.gain.ge(cell_gain)
     }
     #[inline(always)]
@@ -179,11 +179,11 @@ impl<S: Num> Drive<S> for ThroughCell<S> {
         self.authority * self.analog.limit(demand)
     }
     #[inline(always)]
-    fn limits(&self) -> bool {
+    fn has_limit(&self) -> bool {
         true
     }
     #[inline(always)]
-    fn passes(&self, demand: S) -> S::Mask {
+    fn is_unlimited(&self, demand: S) -> S::Mask {
         let limited = self.limit(demand);
         limited.le(demand) & limited.ge(demand)
     }
@@ -197,7 +197,7 @@ impl<S: Num> Drive<S> for Analog<S> {
         self.proportional * error + self.gain * self.compensation + self.derivative * error_rate
     }
     #[inline(always)]
-    fn above(&self, level: S, time: S) -> S {
+    fn demand_difference(&self, level: S, time: S) -> S {
         self.demand_above(level, time, S::splat(0.0))
     }
     #[inline(always)]
@@ -209,11 +209,11 @@ impl<S: Num> Drive<S> for Analog<S> {
         if self.limited { demand.limit(-self.amplitude, self.amplitude) } else { demand }
     }
     #[inline(always)]
-    fn limits(&self) -> bool {
+    fn has_limit(&self) -> bool {
         self.limited
     }
     #[inline(always)]
-    fn passes(&self, demand: S) -> S::Mask {
+    fn is_unlimited(&self, demand: S) -> S::Mask {
         demand.abs().le(self.amplitude)
     }
 }
@@ -221,26 +221,26 @@ impl<S: Num> Drive<S> for Analog<S> {
 /// Any of the drives. The kind is selected outside the integration step.
 // One struct for all kinds, because an enum would be copied through memory every tick.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Driver<S> {
-    pub(crate) kind: DriverKind,
-    /// The valve command (V) of [`DriverKind::Held`], zero for the other kinds.
+pub(crate) struct AnyDrive<S> {
+    pub(crate) kind: DriveKind,
+    /// The valve command (V) of [`DriveKind::Held`], zero for the other kinds.
     pub(crate) held: Held<S>,
     /// The controller of the other two kinds.
-    pub(crate) cell: ThroughCell<S>,
+    pub(crate) cell: AnalogWithCell<S>,
 }
 
 /// Which drive it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum DriverKind {
+pub(crate) enum DriveKind {
     /// The command is held.
     Held,
     /// An analog controller with an ideal load cell.
     Analog,
     /// An analog controller.
-    ThroughCell,
+    AnalogWithCell,
 }
 
-impl<S: Num> Driver<S> {
+impl<S: Num> AnyDrive<S> {
     /// A held command (V).
     #[inline(always)]
     pub(crate) fn held(command: S) -> Self {
@@ -255,23 +255,23 @@ impl<S: Num> Driver<S> {
             command_rate: zero,
             compensation: zero,
         };
-        Self { kind: DriverKind::Held, held: Held(command), cell: idle.through((S::splat(1.0), zero)) }
+        Self { kind: DriveKind::Held, held: Held(command), cell: idle.with_load_cell((S::splat(1.0), zero)) }
     }
 
     /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.
     #[inline(always)]
     pub(crate) fn valve_command(&self, time: S, force: S, force_rate: S) -> S {
         match self.kind {
-            DriverKind::Held => self.held.valve_command(time, force, force_rate),
-            DriverKind::Analog => self.cell.analog.valve_command(time, force, force_rate),
-            DriverKind::ThroughCell => self.cell.valve_command(time, force, force_rate),
+            DriveKind::Held => self.held.valve_command(time, force, force_rate),
+            DriveKind::Analog => self.cell.analog.valve_command(time, force, force_rate),
+            DriveKind::AnalogWithCell => self.cell.valve_command(time, force, force_rate),
         }
     }
 
     /// An analog controller with its load cell, which may be ideal.
     #[inline(always)]
-    pub(crate) fn analog(cell: ThroughCell<S>, ideal: bool) -> Self {
-        let kind = if ideal { DriverKind::Analog } else { DriverKind::ThroughCell };
+    pub(crate) fn analog(cell: AnalogWithCell<S>, ideal: bool) -> Self {
+        let kind = if ideal { DriveKind::Analog } else { DriveKind::AnalogWithCell };
         Self { kind, held: Held(S::splat(0.0)), cell }
     }
 }

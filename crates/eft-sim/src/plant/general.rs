@@ -7,7 +7,7 @@ use eft_core::{Mask, Scalar};
 use crate::lanes::Num;
 use crate::plant::structure::{Motion, Structure, is_plain};
 use crate::plant::{
-    ActuatorState, Driver, EnergyBalance, Equations, POWERS, STATES, ServoActuator, Signals, Spool, Stages,
+    ActuatorState, AnyDrive, EnergyBalance, Equations, POWERS, STATES, ServoActuator, Signals, Spool, Stages,
     Supply, TimeGrid, runge_kutta,
 };
 use crate::{Result, RigConfig};
@@ -16,7 +16,7 @@ use crate::{Result, RigConfig};
 #[derive(Debug, Clone)]
 pub(crate) struct Plant<S: Num> {
     parts: Parts<S>,
-    /// [`EACH`] numbers per actuator, then [`SHARED`] numbers and the energies (J) of an account.
+    /// [`PER_ACTUATOR`] numbers per actuator, then [`SHARED`] numbers and the energies (J) of an account.
     state: Vec<S>,
     stages: Stages<Vec<S>>,
     /// Forces on the floors in this state (N).
@@ -36,19 +36,19 @@ struct Parts<S: Num> {
     structure: Structure<S>,
     /// Whether the plant computes its energy balance. Otherwise its state has no energies, and nothing else
     /// changes.
-    keeps_account: bool,
+    computes_energy: bool,
 }
 
 /// Numbers of an actuator: those of [`ActuatorState`] with the filling in place of the load pressure, the load
 /// cell's state (N), the hysteresis of its story, the flow of its torque motor (m³/s) and the rate of that flow.
-const EACH: usize = STATES + 4;
+const PER_ACTUATOR: usize = STATES + 4;
 
 /// Shared numbers: the accumulator's pressure (Pa) and the time of the test (s).
 const SHARED: usize = 2;
 
 /// A view of the numbers of a state.
 struct View<'a, S> {
-    actuators: &'a [[S; EACH]],
+    actuators: &'a [[S; PER_ACTUATOR]],
     accumulator: S,
     time: S,
     /// Empty without an account.
@@ -67,17 +67,17 @@ impl<S: Num> View<'_, S> {
 impl<S: Num> Parts<S> {
     #[inline(always)]
     fn view<'a>(&self, state: &'a [S]) -> View<'a, S> {
-        let (actuators, shared) = state.split_at(self.structure.len() * EACH);
+        let (actuators, shared) = state.split_at(self.structure.len() * PER_ACTUATOR);
         let (shared, energies) = shared.split_at(SHARED);
         let [accumulator, time]: [S; SHARED] = shared.first_chunk().copied().unwrap_or_default();
         View { actuators: actuators.as_chunks().0, accumulator, time, energies }
     }
 
     fn at_rest(&self) -> Vec<S> {
-        let actuators = self.structure.len() * EACH;
-        let energies = if self.keeps_account { POWERS } else { 0 };
+        let actuators = self.structure.len() * PER_ACTUATOR;
+        let energies = if self.computes_energy { POWERS } else { 0 };
         let mut state = vec![S::splat(0.0); actuators + SHARED + energies];
-        let spools = state[..actuators].as_chunks_mut::<EACH>().0.iter_mut();
+        let spools = state[..actuators].as_chunks_mut::<PER_ACTUATOR>().0.iter_mut();
         for ([_, spool, ..], opening) in spools.zip(&self.opening_at_rest) {
             *spool = *opening;
         }
@@ -101,7 +101,8 @@ impl<S: Num> Parts<S> {
     /// Energy (J) in oil, stops, structure and accumulator.
     fn stored(&self, state: &[S]) -> S {
         let view = self.view(state);
-        let stored = |actuator: &[S; EACH]| self.servo_actuator.stored(&self.servo_actuator.state(actuator));
+        let stored =
+            |actuator: &[S; PER_ACTUATOR]| self.servo_actuator.stored(&self.servo_actuator.state(actuator));
         let oil = view.actuators.iter().map(stored).fold(S::splat(0.0), |sum, stored| sum + stored);
         oil + self.structure.stored(|i| view.motion(i)) + self.supply.stored(view.accumulator)
     }
@@ -110,7 +111,7 @@ impl<S: Num> Parts<S> {
 /// The plant's equations between two ticks.
 struct Dynamics<'a, S: Num> {
     parts: &'a Parts<S>,
-    drivers: &'a [Driver<S>],
+    drivers: &'a [AnyDrive<S>],
     /// Accelerations (m/s²) of an external structure; `None` for the rig's own structure.
     imposed: Option<&'a [S]>,
     forces: &'a mut [S],
@@ -130,15 +131,15 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
         let pressure = supply.pressure(setting, view.accumulator);
         let mut drawn = S::splat(0.0);
         let mut powers = EnergyBalance::default();
-        let (rates, shared) = rate.split_at_mut(structure.len() * EACH);
+        let (rates, shared) = rate.split_at_mut(structure.len() * PER_ACTUATOR);
         // By number: zipped iterators are calls in builds without optimization across units.
-        for (i, rate) in rates.as_chunks_mut::<EACH>().0.iter_mut().enumerate() {
+        for (i, rate) in rates.as_chunks_mut::<PER_ACTUATOR>().0.iter_mut().enumerate() {
             let (numbers, driver) = (&view.actuators[i], &self.drivers[i]);
             let actuator = servo_actuator.state(numbers);
             let (forces, acceleration) = ([self.forces[i], numbers[STATES]], self.accelerations[i]);
             let hydraulics = servo_actuator.hydraulics(&actuator, pressure);
             drawn = drawn + hydraulics.drawn();
-            if self.parts.keeps_account {
+            if self.parts.computes_energy {
                 servo_actuator.add_powers(&mut powers, &actuator, &hydraulics, pressure);
             }
             let valve_command =
@@ -152,7 +153,7 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
             *rate = [pilot_flow, spool, filling, displacement, velocity, cell, hysteresis, motor, motor_rate];
         }
         let pump_flow = supply.pump_flow(setting, pressure, drawn);
-        if self.parts.keeps_account {
+        if self.parts.computes_energy {
             structure.add_powers(&mut powers, |i| view.motion(i));
             powers.supplied = setting * pump_flow;
             powers.droop = (setting - pressure) * pump_flow;
@@ -178,15 +179,15 @@ impl<S: Num> Plant<S> {
             servo_actuator: ServoActuator::pack(rig)?,
             supply: Supply::pack(rig),
             structure: Structure::pack(rig),
-            keeps_account: true,
+            computes_energy: true,
         };
         let (state, none) = (parts.at_rest(), vec![S::splat(0.0); parts.structure.len()]);
         Ok(Self { stages: Stages::new(&state), state, forces: none.clone(), accelerations: none, parts })
     }
 
     /// The same plant without an energy balance.
-    pub(crate) fn without_account(mut self) -> Self {
-        self.parts.keeps_account = false;
+    pub(crate) fn without_energy(mut self) -> Self {
+        self.parts.computes_energy = false;
         self.state = self.parts.at_rest();
         self.stages = Stages::new(&self.state);
         self
@@ -201,7 +202,7 @@ impl<S: Num> Plant<S> {
     pub(crate) fn reset(&mut self) {
         self.state = self.parts.at_rest();
         self.parts.servo_actuator.bypass_valve.close(S::Mask::splat(true));
-        self.settle();
+        self.update_forces();
     }
 
     /// Returns the plants of some lanes to rest.
@@ -210,16 +211,18 @@ impl<S: Num> Plant<S> {
         for (number, rest) in self.state.iter_mut().zip(self.parts.at_rest()) {
             *number = S::select(at, rest, *number);
         }
-        self.settle();
+        self.update_forces();
     }
 
     /// Sets displacements (m) and velocities (m/s) of the floors.
     pub(crate) fn set_motion(&mut self, displacements: &[S], velocities: &[S]) {
         let motions = displacements.iter().zip(velocities);
-        for ([.., x, v, _, _, _, _], motion) in self.state.as_chunks_mut::<EACH>().0.iter_mut().zip(motions) {
+        for ([.., x, v, _, _, _, _], motion) in
+            self.state.as_chunks_mut::<PER_ACTUATOR>().0.iter_mut().zip(motions)
+        {
             (*x, *v) = (*motion.0, *motion.1);
         }
-        self.settle();
+        self.update_forces();
     }
 
     /// The energy balance of one lane since rest; zero without an account.
@@ -232,7 +235,7 @@ impl<S: Num> Plant<S> {
     /// Valve, oil and piston of an actuator.
     #[inline(always)]
     pub(crate) fn actuator(&self, i: usize) -> ActuatorState<S> {
-        self.parts.servo_actuator.state(&self.state[i * EACH..])
+        self.parts.servo_actuator.state(&self.state[i * PER_ACTUATOR..])
     }
 
     /// Force (N) on a floor.
@@ -246,13 +249,13 @@ impl<S: Num> Plant<S> {
     pub(crate) fn signals(&self, i: usize) -> Signals<S> {
         let actuator = self.actuator(i);
         let supply_pressure = self.supply_pressure();
-        let filling = ActuatorState::from_slice(&self.state[i * EACH..]).load_pressure;
+        let filling = ActuatorState::from_slice(&self.state[i * PER_ACTUATOR..]).load_pressure;
         let [displacement, velocity] =
             self.parts.servo_actuator.measured_motion(&actuator, filling, supply_pressure);
         Signals {
             displacement,
             velocity,
-            force: self.parts.servo_actuator.shown(self.at_cell(i)),
+            force: self.parts.servo_actuator.shown(self.cell_forces(i)),
             spool: actuator.spool,
             supply_pressure,
             acceleration: self.accelerations[i],
@@ -268,10 +271,10 @@ impl<S: Num> Plant<S> {
 
     /// The present valve command (V) of a driver for an actuator.
     #[inline(always)]
-    pub(crate) fn valve_command(&self, i: usize, driver: &Driver<S>) -> S {
+    pub(crate) fn valve_command(&self, i: usize, driver: &AnyDrive<S>) -> S {
         let (actuator, servo_actuator) = (self.actuator(i), &self.parts.servo_actuator);
         let hydraulics = servo_actuator.hydraulics(&actuator, self.supply_pressure());
-        let (forces, now) = (self.at_cell(i), S::splat(0.0));
+        let (forces, now) = (self.cell_forces(i), S::splat(0.0));
         servo_actuator.valve_command(&actuator, forces, &hydraulics, self.accelerations[i], driver, now)
     }
 
@@ -282,29 +285,29 @@ impl<S: Num> Plant<S> {
 
     /// Advances the plant by a tick, with one driver per actuator.
     #[inline(always)]
-    pub(crate) fn advance(&mut self, drivers: &[Driver<S>], grid: TimeGrid) {
+    pub(crate) fn advance(&mut self, drivers: &[AnyDrive<S>], grid: TimeGrid) {
         for n in 0..grid.steps {
             self.step(drivers, f64::from(n) * grid.step, grid.step, None);
         }
-        self.settle();
+        self.update_forces();
     }
 
     /// One integration step (s) from a time (s) after the tick. With given accelerations (m/s²) the pistons
     /// follow them instead of the structure.
     #[inline(always)]
-    pub(crate) fn step(&mut self, drivers: &[Driver<S>], from: f64, step: f64, imposed: Option<&[S]>) {
+    pub(crate) fn step(&mut self, drivers: &[AnyDrive<S>], from: f64, step: f64, imposed: Option<&[S]>) {
         let Self { parts, state, stages, forces, accelerations } = self;
         let mut equations = Dynamics { parts, drivers, imposed, forces, accelerations };
         runge_kutta(state, stages, from, step, &mut equations);
-        let actuators = parts.structure.len() * EACH;
-        for actuator in state[..actuators].as_chunks_mut::<EACH>().0 {
+        let actuators = parts.structure.len() * PER_ACTUATOR;
+        for actuator in state[..actuators].as_chunks_mut::<PER_ACTUATOR>().0 {
             Spool::stop_in(actuator);
         }
     }
 
     /// Updates forces and accelerations from the state.
     #[inline(always)]
-    pub(crate) fn settle(&mut self) {
+    pub(crate) fn update_forces(&mut self) {
         let Self { parts, state, forces, accelerations, .. } = self;
         parts.accelerate(&parts.view(state), forces, accelerations);
     }
@@ -316,8 +319,8 @@ impl<S: Num> Plant<S> {
 
     /// Force on a floor, and the load cell's state (N).
     #[inline(always)]
-    fn at_cell(&self, i: usize) -> [S; 2] {
-        [self.forces[i], self.state[i * EACH + STATES]]
+    fn cell_forces(&self, i: usize) -> [S; 2] {
+        [self.forces[i], self.state[i * PER_ACTUATOR + STATES]]
     }
 
     #[inline(always)]
@@ -332,7 +335,7 @@ impl Plant<f64> {
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         self.state.iter_mut().for_each(&mut *visit);
         visit(&mut self.parts.servo_actuator.bypass_valve.opening);
-        self.settle();
+        self.update_forces();
     }
 }
 

@@ -33,14 +33,14 @@ impl<S: Num> LoadCell<S> {
     /// Rate (N/s) of the cell's reading, from the actuator's force (N), the acceleration (m/s²) and the
     /// reading (N).
     #[inline(always)]
-    pub(crate) fn rate(&self, force: S, acceleration: S, shown: S) -> S {
-        if self.present { self.corner * (force - self.mass * acceleration - shown) } else { S::splat(0.0) }
+    pub(crate) fn rate(&self, force: S, acceleration: S, reading: S) -> S {
+        if self.present { self.corner * (force - self.mass * acceleration - reading) } else { S::splat(0.0) }
     }
 
     /// The cell's analog output: its state in lanes with a lag, the force in the others.
     #[inline(always)]
-    pub(crate) fn select(&self, shown: S, force: S) -> S {
-        if self.present { S::select(self.lags, shown, force) } else { force }
+    pub(crate) fn select(&self, reading: S, force: S) -> S {
+        if self.present { S::select(self.lags, reading, force) } else { force }
     }
 }
 

@@ -14,11 +14,11 @@ pub(crate) struct LoadFlow<S: Num> {
     supply_pressure: S,
     per_supply_pressure: S,
     /// Whether the lands of any lane overlap or underlap.
-    laps: bool,
+    has_overlap: bool,
     overlap: S,
     /// Whether the areas of any lane's piston differ. The next fields are the area of the pushing side over
     /// the other (1), and the factor (1) on the flow.
-    unequal: bool,
+    has_unequal_areas: bool,
     area_ratio: S,
     factor: S,
 }
@@ -31,9 +31,9 @@ impl<S: Num> LoadFlow<S> {
             scale: S::from_lanes(|i| rig(i).servovalve.flow_gain_scale),
             supply_pressure: S::from_lanes(|i| rig(i).supply.pressure),
             per_supply_pressure: S::from_lanes(|i| 1.0 / rig(i).supply.pressure),
-            laps: (0..S::LANES).any(|i| rig(i).servovalve.overlap != 0.0),
+            has_overlap: (0..S::LANES).any(|i| rig(i).servovalve.overlap != 0.0),
             overlap: S::from_lanes(|i| rig(i).servovalve.overlap),
-            unequal: (0..S::LANES).any(|i| rig(i).actuator.area_ratio != 1.0),
+            has_unequal_areas: (0..S::LANES).any(|i| rig(i).actuator.area_ratio != 1.0),
             area_ratio: S::from_lanes(|i| rig(i).actuator.area_ratio),
             factor: S::from_lanes(|i| rig(i).actuator.flow_factors()[0]),
         })
@@ -43,9 +43,9 @@ impl<S: Num> LoadFlow<S> {
     /// opening (1), a load pressure (Pa), and the supply pressure over that of the curve's measurement (1).
     /// If the load pressure exceeds the supply the flow is reversed: the root has the sign of its radicand.
     #[inline(always)]
-    pub(crate) fn flow_and_gain(&self, opening: S, load_pressure: S, supplied: S) -> (S, S) {
+    pub(crate) fn flow_and_gain(&self, opening: S, load_pressure: S, relative_supply: S) -> (S, S) {
         let ratio = (load_pressure * self.per_supply_pressure).times_sign_of(opening);
-        let radicand = supplied - ratio;
+        let radicand = relative_supply - ratio;
         let root = radicand.abs().sqrt().times_sign_of(radicand);
         let (flow, slope) = self.curve.flow_and_slope(opening);
         (self.scale * flow * root, self.scale * slope * root)
@@ -56,15 +56,15 @@ impl<S: Num> LoadFlow<S> {
     /// `min(x_v + o, 0)`. Within an underlap, `o < 0`, both are open (Merritt 1967).
     #[inline(always)]
     pub(crate) fn flow_at(&self, opening: S, load_pressure: S, supply_pressure: S) -> (S, S) {
-        let supplied = supply_pressure / self.supply_pressure;
-        if !self.laps {
-            return self.through_ports(opening, load_pressure, supplied);
+        let relative_supply = supply_pressure / self.supply_pressure;
+        if !self.has_overlap {
+            return self.port_flow(opening, load_pressure, relative_supply);
         }
         let (zero, most) = (S::splat(0.0), S::splat(f64::MAX));
         let pulling = (opening - self.overlap).limit(zero, most);
         let pushing = (opening + self.overlap).limit(-most, zero);
-        let pulled = self.through_ports(pulling, load_pressure, supplied);
-        let pushed = self.through_ports(pushing, load_pressure, supplied);
+        let pulled = self.port_flow(pulling, load_pressure, relative_supply);
+        let pushed = self.port_flow(pushing, load_pressure, relative_supply);
         (pulled.0 + pushed.0, pulled.1 + pushed.1)
     }
 
@@ -73,13 +73,13 @@ impl<S: Num> LoadFlow<S> {
     /// P_L/P_s)` for pushing, where `P_L` is the force over `piston_area`. The pressures of the chambers are
     /// in equilibrium.
     #[inline(always)]
-    fn through_ports(&self, opening: S, load_pressure: S, supplied: S) -> (S, S) {
-        if !self.unequal {
-            let (flow, _) = self.flow_and_gain(opening, load_pressure, supplied);
+    fn port_flow(&self, opening: S, load_pressure: S, relative_supply: S) -> (S, S) {
+        if !self.has_unequal_areas {
+            let (flow, _) = self.flow_and_gain(opening, load_pressure, relative_supply);
             return (flow, flow.times_sign_of(opening));
         }
         let ratio = S::select(opening.lt(S::splat(0.0)), self.area_ratio, S::splat(1.0));
-        let (flow, _) = self.flow_and_gain(opening, load_pressure, ratio * supplied);
+        let (flow, _) = self.flow_and_gain(opening, load_pressure, ratio * relative_supply);
         let flow = self.factor * flow;
         (flow, ratio * flow.times_sign_of(opening))
     }

@@ -29,22 +29,22 @@ impl<S: Num> PilotValve<S> {
     /// Rate of the pilot flow (m³/s²) for a valve command (V), the spool opening (1) and the pilot flow (m³/s).
     #[inline(always)]
     pub(crate) fn rate(&self, valve_command: S, spool: S, pilot_flow: S) -> S {
-        self.rate_towards(self.asked(valve_command, spool), pilot_flow)
+        self.rate_towards(self.demanded_flow(valve_command, spool), pilot_flow)
     }
 
     /// Demanded pilot flow (m³/s) at a valve command (V) and the spool opening (1). A rated flow `q_max`
     /// (m³/s) limits it to `sat(K_vp·e, q_max)`, so the spool is no faster than `q_max/(A_v·x_vmax)`.
     #[inline(always)]
-    pub(crate) fn asked(&self, valve_command: S, spool: S) -> S {
+    pub(crate) fn demanded_flow(&self, valve_command: S, spool: S) -> S {
         let error = valve_command - self.spool_feedback * spool;
-        let wanted = self.flow_gain * error;
-        if self.limited { wanted.limit(-self.flow_limit, self.flow_limit) } else { wanted }
+        let unlimited = self.flow_gain * error;
+        if self.limited { unlimited.limit(-self.flow_limit, self.flow_limit) } else { unlimited }
     }
 
     /// Rate of the pilot flow (m³/s²) towards a flow (m³/s).
     #[inline(always)]
-    pub(crate) fn rate_towards(&self, given: S, pilot_flow: S) -> S {
-        (given - pilot_flow) * self.per_time_constant
+    pub(crate) fn rate_towards(&self, pilot_demand: S, pilot_flow: S) -> S {
+        (pilot_demand - pilot_flow) * self.per_time_constant
     }
 }
 

@@ -9,7 +9,7 @@ use crate::plant::friction::Friction;
 use crate::plant::load_cell::LoadCell;
 use crate::plant::torque_motor::TorqueMotor;
 use crate::plant::valve_leakage::{Leak, ValveLeakage};
-use crate::plant::{Actuator, ActuatorState, Driver, EnergyBalance, LoadFlow, PilotValve, Spool};
+use crate::plant::{Actuator, ActuatorState, AnyDrive, EnergyBalance, LoadFlow, PilotValve, Spool};
 use crate::{Result, RigConfig};
 
 /// One servovalve and its actuator.
@@ -81,9 +81,9 @@ impl<S: Num> ServoActuator<S> {
         let (load_flow, drawn) = self.load_flow.flow_at(opening, load_pressure, supply_pressure);
         let leak = self.valve_leakage.leak(opening, load_pressure, supply_pressure);
         let bypassed = self.bypass_valve.flow(load_pressure);
-        let left = load_flow - leak.lost - bypassed;
+        let net_flow = load_flow - leak.lost - bypassed;
         let [pressure_rate, filling_rate] =
-            self.actuator.rates_at(left, load_pressure, displacement, velocity);
+            self.actuator.rates_at(net_flow, load_pressure, displacement, velocity);
         Hydraulics { load_flow, leak, drawn, bypassed, pressure_rate, filling_rate }
     }
 
@@ -93,20 +93,20 @@ impl<S: Num> ServoActuator<S> {
     pub(crate) fn valve_command(
         &self,
         state: &ActuatorState<S>,
-        [force, shown]: [S; 2],
+        [force, reading]: [S; 2],
         hydraulics: &Hydraulics<S>,
         acceleration: S,
-        driver: &Driver<S>,
+        driver: &AnyDrive<S>,
         time: S,
     ) -> S {
         let force_rate = self.actuator.force(hydraulics.pressure_rate)
             - self.friction.slope(state.velocity) * acceleration
             - self.end_stop.rate(state.displacement, state.velocity, acceleration);
-        let shown_rate = self.load_cell.rate(force, acceleration, shown);
+        let cell_rate = self.load_cell.rate(force, acceleration, reading);
         driver.valve_command(
             time,
-            self.load_cell.select(shown, force),
-            self.load_cell.select(shown_rate, force_rate),
+            self.load_cell.select(reading, force),
+            self.load_cell.select(cell_rate, force_rate),
         )
     }
 
@@ -139,14 +139,14 @@ impl<S: Num> ServoActuator<S> {
         motor: [S; 2],
         valve_command: S,
     ) -> (ActuatorState<S>, [S; 2]) {
-        let asked = self.pilot_valve.asked(valve_command, state.spool);
-        let given = self.torque_motor.passes(motor, asked);
+        let demanded_flow = self.pilot_valve.demanded_flow(valve_command, state.spool);
+        let pilot_demand = self.torque_motor.output(motor, demanded_flow);
         let rate = ActuatorState {
-            pilot_flow: self.pilot_valve.rate_towards(given, state.pilot_flow),
+            pilot_flow: self.pilot_valve.rate_towards(pilot_demand, state.pilot_flow),
             spool: self.spool.rate(state.pilot_flow, state.spool),
             ..ActuatorState::default()
         };
-        (rate, self.torque_motor.rate(motor, asked))
+        (rate, self.torque_motor.rate(motor, demanded_flow))
     }
 
     /// The state from the numbers of a plant, which have the filling in place of the load pressure.
@@ -160,7 +160,7 @@ impl<S: Num> ServoActuator<S> {
     #[inline(always)]
     pub(crate) fn measured_motion(&self, state: &ActuatorState<S>, filling: S, supply_pressure: S) -> [S; 2] {
         let at_structure = [state.displacement, state.velocity];
-        if !self.actuator.yields {
+        if !self.actuator.measures_at_piston {
             return at_structure;
         }
         let Hydraulics { pressure_rate, filling_rate, .. } = self.hydraulics(state, supply_pressure);
@@ -170,14 +170,14 @@ impl<S: Num> ServoActuator<S> {
 
     /// Rate (N/s) of the load cell's state, at the force and the cell's state (N).
     #[inline(always)]
-    pub(crate) fn cell_rate(&self, [force, shown]: [S; 2], acceleration: S) -> S {
-        self.load_cell.rate(force, acceleration, shown)
+    pub(crate) fn cell_rate(&self, [force, reading]: [S; 2], acceleration: S) -> S {
+        self.load_cell.rate(force, acceleration, reading)
     }
 
     /// The load cell's reading (N): its state in lanes with a lag, the force in the others.
     #[inline(always)]
-    pub(crate) fn shown(&self, [force, shown]: [S; 2]) -> S {
-        self.load_cell.select(shown, force)
+    pub(crate) fn shown(&self, [force, reading]: [S; 2]) -> S {
+        self.load_cell.select(reading, force)
     }
 
     /// Adds the powers (W) of valve and actuator at a supply pressure (Pa).

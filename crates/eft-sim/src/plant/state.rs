@@ -19,7 +19,7 @@ pub(crate) struct ActuatorState<S> {
 
 /// Limit of each number, in its unit, at which a test is stopped. Gains, rates and squares of it are still
 /// finite.
-const BEYOND: f64 = 1e100;
+const LARGEST_STATE: f64 = 1e100;
 
 /// Number of values of the state.
 pub(crate) const STATES: usize = 5;
@@ -66,11 +66,11 @@ impl<S: Num> ActuatorState<S> {
         }
     }
 
-    /// Lanes in which a test can continue: no number is NaN or beyond [`BEYOND`].
+    /// Lanes in which a test can continue: no number is NaN or beyond [`LARGEST_STATE`].
     // One sum costs less than a check of each number. Numbers of that size that cancel exactly do not occur.
     #[inline(always)]
     pub(crate) fn is_bounded(self) -> S::Mask {
         let sum = (self.pilot_flow + self.spool) + (self.load_pressure + self.displacement) + self.velocity;
-        sum.abs().le(S::splat(BEYOND))
+        sum.abs().le(S::splat(LARGEST_STATE))
     }
 }

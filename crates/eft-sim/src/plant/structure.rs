@@ -67,16 +67,17 @@ impl<S: Num> Structure<S> {
         &self,
         force: impl Fn(usize) -> S,
         motion: impl Fn(usize) -> Motion<S>,
-        mut put: impl FnMut(usize, S),
+        mut store: impl FnMut(usize, S),
     ) {
         let mut from_above = S::splat(0.0);
         for (i, floor) in self.floors.iter().enumerate().rev() {
             let drift = drift(&motion, i);
-            let taken = floor.power_damper.force(drift.velocity) + floor.bouc_wen.force(drift.hysteresis);
-            let left = force(i) + from_above - taken;
-            put(i, floor.story.acceleration(left, drift.displacement, drift.velocity));
+            let spring_force =
+                floor.power_damper.force(drift.velocity) + floor.bouc_wen.force(drift.hysteresis);
+            let net_force = force(i) + from_above - spring_force;
+            store(i, floor.story.acceleration(net_force, drift.displacement, drift.velocity));
             if i > 0 {
-                from_above = taken + floor.story.force(drift.displacement, drift.velocity);
+                from_above = spring_force + floor.story.force(drift.displacement, drift.velocity);
             }
         }
     }

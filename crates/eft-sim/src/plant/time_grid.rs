@@ -23,7 +23,7 @@ impl TimeGrid {
     }
 
     /// Ticks that take a fraction of a second to compute. After so many a long loop asks whether to go on.
-    pub(crate) fn quick_ticks(&self) -> usize {
+    pub(crate) fn ticks_per_check(&self) -> usize {
         (65_536 / self.steps).clamp(1, 1024) as usize
     }
 }

@@ -32,15 +32,15 @@ impl<S: Num> TorqueMotor<S> {
     /// The demanded pilot flow (m³/s) after the motor: the motor's state in lanes with a lag, the unchanged
     /// demand in the others.
     #[inline(always)]
-    pub(crate) fn passes(&self, [flow, _]: [S; 2], asked: S) -> S {
-        if self.present { S::select(self.lags, flow, asked) } else { asked }
+    pub(crate) fn output(&self, [flow, _]: [S; 2], demanded_flow: S) -> S {
+        if self.present { S::select(self.lags, flow, demanded_flow) } else { demanded_flow }
     }
 
     /// Rates of the motor's flow (m³/s²) and of its rate (m³/s³) for the demanded flow (m³/s).
     #[inline(always)]
-    pub(crate) fn rate(&self, [flow, rate]: [S; 2], asked: S) -> [S; 2] {
+    pub(crate) fn rate(&self, [flow, rate]: [S; 2], demanded_flow: S) -> [S; 2] {
         if self.present {
-            [rate, self.squared_frequency * (asked - flow) - self.damping * rate]
+            [rate, self.squared_frequency * (demanded_flow - flow) - self.damping * rate]
         } else {
             [S::splat(0.0); 2]
         }
@@ -79,9 +79,9 @@ mod tests {
             let expected = 1.0 - (-damping * omega * time).exp() * part;
             assert!((state[0] - expected).abs() < 1e-8, "{time}: {} {expected}", state[0]);
         }
-        assert_eq!((motor.0.passes(state, 2.0), motor.0.passes([3.0, 1.0], 2.0)), (state[0], 3.0));
+        assert_eq!((motor.0.output(state, 2.0), motor.0.output([3.0, 1.0], 2.0)), (state[0], 3.0));
         let plain = changed(&[]);
         let plain = TorqueMotor::<f64>::pack(&|_| &plain);
-        assert_eq!(plain.passes([3.0, 1.0], 2.0), 2.0);
+        assert_eq!(plain.output([3.0, 1.0], 2.0), 2.0);
     }
 }

@@ -1,6 +1,6 @@
 //! The traces of a test.
 
-use eft_sim::closed_loop::{Otherwise, TRACES, Values};
+use eft_sim::closed_loop::{Fallback, TRACES, Values};
 use eft_sim::excitation::sine_sweep;
 use eft_sim::{RigConfig, SimulateOptions, TestRun, simulate};
 
@@ -14,7 +14,7 @@ fn run(changes: &[(&str, toml::Value)]) -> TestRun {
 fn names_are_unique_and_a_replacement_is_a_trace() {
     for (i, trace) in TRACES.iter().enumerate() {
         assert!(TRACES[..i].iter().all(|other| other.name != trace.name), "{}", trace.name);
-        if let Otherwise::Same(other) = trace.otherwise {
+        if let Fallback::Same(other) = trace.fallback {
             assert!(TRACES.iter().any(|trace| trace.name == other), "{}", trace.name);
         }
     }

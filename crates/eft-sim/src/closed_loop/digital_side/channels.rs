@@ -66,13 +66,13 @@ fn step_channels<S: Num, P: Precision>(
     channels: &mut [RigChannel<P>],
     outputs: &mut ChannelOutputs,
     measured: &Signals<S>,
-    [command, next_command, present]: [S; 3],
+    [command, next_command, valve_command_now]: [S; 3],
     computation: &mut DelayLines,
 ) {
     for (i, channel) in channels.iter_mut().enumerate().take(WIDEST) {
         let next = next_command.lane(i);
-        let input = measured.lane(i).input(command.lane(i), next, present.lane(i));
-        let out = channel.step_via(&input, |v| P::from_f64(computation.pass_lane(i, v.to_f64())));
+        let input = measured.lane(i).input(command.lane(i), next, valve_command_now.lane(i));
+        let out = channel.step_via(&input, |v| P::from_f64(computation.delay_lane(i, v.to_f64())));
         outputs.voltage[i] = out.voltage;
         outputs.compensation[i] = out.compensation;
         outputs.velocity[i] = out.velocity;
@@ -88,17 +88,17 @@ fn step_channels<S: Num, P: Precision>(
 pub(super) fn run_channels<S: Num, P: Precision>(
     channels: &mut [RigChannel<P>],
     outputs: &mut ChannelOutputs,
-    kind: ChannelKind,
+    channel_kind: ChannelKind,
     computation: &mut DelayLines,
     [command, next_command]: [S; 2],
     measured: &mut Signals<S>,
-    present: S,
+    valve_command_now: S,
 ) -> ControllerOutputs<S> {
-    step_channels(channels, outputs, measured, [command, next_command, present], computation);
+    step_channels(channels, outputs, measured, [command, next_command, valve_command_now], computation);
     let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
     // A controller without protection passes its command on in double precision.
     let mut commands = [command, next_command];
-    if kind != ChannelKind::Controller {
+    if channel_kind != ChannelKind::Controller {
         measured.velocity = of(&outputs.velocity);
         commands = [of(&outputs.permitted[0]), of(&outputs.permitted[1])];
     }

@@ -11,11 +11,11 @@ pub(crate) use parts::{DigitalSide, Feedback};
 use eft_core::{ControllerState, Mask, Real, SavedCalibration, Scalar};
 
 use crate::closed_loop::digital_side::channels::run_channels;
-use crate::closed_loop::digital_side::parts::{CellReading, Source};
+use crate::closed_loop::digital_side::parts::{CellReading, ControllerSource};
 use crate::closed_loop::digital_side::valve_command::learn;
 use crate::closed_loop::{
-    DigitalOutput, Estimates, ExternalController, InUse, LearningLanes, Precision, RigChannel, RigController,
-    adapts, parameters,
+    DigitalOutput, Estimates, EstimatesInUse, ExternalController, LearningLanes, Precision, RigChannel,
+    RigController, adapts, parameters,
 };
 use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
@@ -47,17 +47,17 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             lanes.clone().map(|i| parameters(rig(i), sample_rate)).collect::<Result<_>>()?;
         let controllers: Vec<_> = parameters.iter().map(C::Element::controller).collect::<Result<_>>()?;
         let controller = RigController::<C>::pack(&|i| &controllers[i]);
-        let kind = ChannelKind::of(rig(0));
-        let source = if S::LANES == C::LANES && kind == ChannelKind::Learning {
-            Source::Learning(Box::new(LearningLanes::new(&parameters, &controllers, |i| {
+        let channel_kind = ChannelKind::of(rig(0));
+        let source = if S::LANES == C::LANES && channel_kind == ChannelKind::Learning {
+            ControllerSource::Learning(Box::new(LearningLanes::new(&parameters, &controllers, |i| {
                 rig(i).calibration.of(actuator)
             })?))
-        } else if S::LANES != C::LANES || kind != ChannelKind::Controller {
+        } else if S::LANES != C::LANES || channel_kind != ChannelKind::Controller {
             let of = |(i, p)| RigChannel::new(p, rig(i).calibration.of(actuator));
             let channels = parameters.iter().enumerate().map(of).collect::<Result<_>>()?;
-            Source::Channels(channels, Box::default())
+            ControllerSource::Channels(channels, Box::default())
         } else {
-            Source::SideBySide
+            ControllerSource::SideBySide
         };
         let null_signal = |i: usize| {
             let nominal = controllers[i].nominal();
@@ -77,13 +77,13 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             sensors.is_none() && computation.is_none() && command_delay.is_none() && dac.is_ideal();
         let null_signal = S::from_lanes(null_signal);
         Ok(Self {
-            kind,
+            channel_kind,
             source,
             ideal: has_ideal_instruments && realization == Realization::Analog,
             calibration: Box::new(controller.nominal()),
             controller,
-            estimates: InUse::new(Estimates::nominal(&rig)),
-            before: None,
+            estimates: EstimatesInUse::new(Estimates::nominal(&rig)),
+            last_analog: None,
             null_signal,
             estimates_velocity: rig(0).controller.velocity_source != VelocitySource::Sensor,
             adapts: lanes.into_iter().any(|i| adapts(rig(i))),
@@ -94,20 +94,20 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             sensors,
             dac,
             sample_rate,
-            traces: true,
+            records_valve_command: true,
         })
     }
 
     /// The same without a trace of the analog valve command.
     pub(crate) fn without_traces(self) -> Self {
-        Self { traces: false, ..self }
+        Self { records_valve_command: false, ..self }
     }
 
     /// The fastest copy of [`sample`](Self::sample) that is valid.
     pub(crate) fn path(&self) -> SamplePath {
         match self.source {
-            Source::SideBySide if self.ideal => SamplePath::Ideal,
-            Source::Learning(_) if self.ideal => SamplePath::IdealLearning,
+            ControllerSource::SideBySide if self.ideal => SamplePath::Ideal,
+            ControllerSource::Learning(_) if self.ideal => SamplePath::IdealLearning,
             _ => SamplePath::General,
         }
     }
@@ -125,16 +125,21 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     ) -> DigitalOutput<S> {
         let commands = [command, next_command];
         if !IDEAL {
-            return self.sample_with_all(state, &commands, truth, plant);
+            return self.sample_general(state, &commands, truth, plant);
         }
         let (mut measured, cell) = (*truth, CellReading::ideal());
-        let present = if LEARNS { self.present_command::<true>(command, cell, plant) } else { S::splat(0.0) };
+        let valve_command_now =
+            if LEARNS { self.analog_valve_command::<true>(command, cell, plant) } else { S::splat(0.0) };
         // Both outputs stay in registers. The output of a function that is not inlined would be copied through
         // memory.
         let out = match &mut self.source {
-            Source::Learning(learning) if LEARNS => {
-                learn::<true, S, C>(learning, &mut self.computation, commands, &mut measured, present)
-            }
+            ControllerSource::Learning(learning) if LEARNS => learn::<true, S, C>(
+                learning,
+                &mut self.computation,
+                commands,
+                &mut measured,
+                valve_command_now,
+            ),
             _ => self.control::<true>(state, commands, &measured),
         };
         self.drive::<true, LEARNS>(out, &measured, cell, plant)
@@ -143,18 +148,18 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// The same with every instrument and channel.
     // A separate function, because otherwise its long code would be compiled into every loop.
     #[inline(never)]
-    fn sample_with_all(
+    fn sample_general(
         &mut self,
         state: &mut ControllerState<C>,
         commands: &[S; 2],
         truth: &Signals<S>,
         plant: &impl Feedback<S>,
     ) -> DigitalOutput<S> {
-        S::dispatch(Sample { side: self, state, commands, truth, plant })
+        S::dispatch(GeneralSample { side: self, state, commands, truth, plant })
     }
 
     #[inline(always)]
-    fn sample_here(
+    fn sample_dispatched(
         &mut self,
         state: &mut ControllerState<C>,
         commands: [S; 2],
@@ -163,33 +168,40 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     ) -> DigitalOutput<S> {
         let commands = match (&mut self.command_delay, self.realization) {
             (None, _) => commands,
-            (Some(delay), Realization::Analog) => delay.pass(commands),
+            (Some(delay), Realization::Analog) => delay.delay(commands),
             // The force loop compares with a late reading, but the feedforward acts on the true force.
-            (Some(delay), Realization::Digital) => [delay.pass(commands)[0], commands[1]],
+            (Some(delay), Realization::Digital) => [delay.delay(commands)[0], commands[1]],
         };
         let (mut measured, cell) = self.measure(*truth);
-        let present = match self.source {
-            Source::Learning(_) | Source::Channels(..) => {
-                self.present_command::<false>(commands[0], cell, plant)
+        let valve_command_now = match self.source {
+            ControllerSource::Learning(_) | ControllerSource::Channels(..) => {
+                self.analog_valve_command::<false>(commands[0], cell, plant)
             }
             _ => S::splat(0.0),
         };
         let computation = &mut self.computation;
         let out = match &mut self.source {
-            Source::SideBySide => self.control::<false>(state, commands, &measured),
-            Source::Learning(learning) => {
-                learn::<false, S, C>(learning, computation, commands, &mut measured, present)
+            ControllerSource::SideBySide => self.control::<false>(state, commands, &measured),
+            ControllerSource::Learning(learning) => {
+                learn::<false, S, C>(learning, computation, commands, &mut measured, valve_command_now)
             }
-            Source::Channels(channels, outputs) => {
+            ControllerSource::Channels(channels, outputs) => {
                 let measured = &mut measured;
-                let out =
-                    run_channels(channels, outputs, self.kind, computation, commands, measured, present);
+                let out = run_channels(
+                    channels,
+                    outputs,
+                    self.channel_kind,
+                    computation,
+                    commands,
+                    measured,
+                    valve_command_now,
+                );
                 if self.adapts {
-                    self.estimates.follow(self.estimates.estimates.or(|i| channels[i].calibration()));
+                    self.estimates.update(self.estimates.estimates.or(|i| channels[i].calibration()));
                 }
                 out
             }
-            Source::External(_) => return self.ask(commands, measured),
+            ControllerSource::External(_) => return self.run_external(commands, measured),
         };
         self.drive::<false, true>(out, &measured, cell, plant)
     }
@@ -201,25 +213,25 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
 
     /// The estimates that the controllers used at the last sample.
     #[inline(always)]
-    pub(crate) fn estimates(&self) -> &InUse<S> {
+    pub(crate) fn estimates(&self) -> &EstimatesInUse<S> {
         match &self.source {
-            Source::Learning(learning) => &learning.estimates,
+            ControllerSource::Learning(learning) => &learning.estimates,
             _ => &self.estimates,
         }
     }
 
     /// Replaces the rig's controller by an external one; for a digital side of one rig.
-    pub(crate) fn controlled_by(&mut self, controller: ExternalController) {
-        self.source = Source::External(controller);
+    pub(crate) fn set_external_controller(&mut self, controller: ExternalController) {
+        self.source = ControllerSource::External(controller);
     }
 
     /// Replaces the channels side by side by one channel and its learner; for a digital side of one rig.
     ///
     /// # Errors
     /// What `eft-core` refuses.
-    pub(crate) fn run_by_channel(&mut self, rig: &RigConfig) -> Result<()> {
+    pub(crate) fn set_channel(&mut self, rig: &RigConfig) -> Result<()> {
         let channel = RigChannel::new(&parameters(rig, self.sample_rate)?, None)?;
-        self.source = Source::Channels(vec![channel], Box::default());
+        self.source = ControllerSource::Channels(vec![channel], Box::default());
         Ok(())
     }
 
@@ -227,19 +239,19 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// empty if an external controller learns.
     pub(crate) fn found_flows(&self, openings: &[f64], lane: usize) -> Option<Vec<f64>> {
         match &self.source {
-            Source::SideBySide => None,
-            Source::Learning(learning) => learning.found_flows(openings, lane),
-            Source::Channels(channels, _) => channels.get(lane)?.found_flows(openings),
-            Source::External(_) => self.adapts.then(Vec::new),
+            ControllerSource::SideBySide => None,
+            ControllerSource::Learning(learning) => learning.found_flows(openings, lane),
+            ControllerSource::Channels(channels, _) => channels.get(lane)?.found_flows(openings),
+            ControllerSource::External(_) => self.adapts.then(Vec::new),
         }
     }
 
     /// The learned calibration of a lane, if its learner runs here.
     pub(crate) fn saved(&self, lane: usize) -> Option<SavedCalibration> {
         match &self.source {
-            Source::Learning(learning) => learning.saved(lane),
-            Source::Channels(channels, _) => channels.get(lane)?.saved(),
-            Source::SideBySide | Source::External(_) => None,
+            ControllerSource::Learning(learning) => learning.saved(lane),
+            ControllerSource::Channels(channels, _) => channels.get(lane)?.saved(),
+            ControllerSource::SideBySide | ControllerSource::External(_) => None,
         }
     }
 
@@ -269,7 +281,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
 }
 
 /// One tick of a digital side.
-struct Sample<'a, S: Num, C: Scalar<Element: Precision>, F> {
+struct GeneralSample<'a, S: Num, C: Scalar<Element: Precision>, F> {
     side: &'a mut DigitalSide<S, C>,
     state: &'a mut ControllerState<C>,
     commands: &'a [S; 2],
@@ -277,11 +289,11 @@ struct Sample<'a, S: Num, C: Scalar<Element: Precision>, F> {
     plant: &'a F,
 }
 
-impl<S: Num, C: Scalar<Element: Precision>, F: Feedback<S>> Work for Sample<'_, S, C, F> {
+impl<S: Num, C: Scalar<Element: Precision>, F: Feedback<S>> Work for GeneralSample<'_, S, C, F> {
     type Output = DigitalOutput<S>;
 
     #[inline(always)]
     fn run(self) -> DigitalOutput<S> {
-        self.side.sample_here(self.state, *self.commands, self.truth, self.plant)
+        self.side.sample_dispatched(self.state, *self.commands, self.truth, self.plant)
     }
 }

@@ -3,18 +3,20 @@
 use eft_core::{Calibration, Scalar};
 
 use crate::closed_loop::digital_side::channels::{ChannelKind, ChannelOutputs};
-use crate::closed_loop::{ExternalController, InUse, LearningLanes, Precision, RigChannel, RigController};
+use crate::closed_loop::{
+    EstimatesInUse, ExternalController, LearningLanes, Precision, RigChannel, RigController,
+};
 use crate::config::Realization;
 use crate::instruments::{CommandDelay, Dac, DelayLines, Sensors};
 use crate::lanes::Num;
-use crate::plant::{Analog, Driver};
+use crate::plant::{Analog, AnyDrive};
 
 /// A plant in its present state.
 // A trait instead of a closure: a closure called twice is not inlined, and then does not use the processor's
 // vector instructions.
 pub(crate) trait Feedback<S: Num> {
     /// The valve command (V) of a drive for the plant's present state.
-    fn command(&self, driver: &Driver<S>) -> S;
+    fn command(&self, driver: &AnyDrive<S>) -> S;
 }
 
 /// The load cell as an analog controller sees it: `gain·force + offset` (N).
@@ -33,7 +35,7 @@ impl<S: Num> CellReading<S> {
 }
 
 /// The source of the valve command.
-pub(super) enum Source<S: Num, C: Scalar<Element: Precision>> {
+pub(super) enum ControllerSource<S: Num, C: Scalar<Element: Precision>> {
     /// Controllers side by side, without learning, protection or velocity estimate.
     SideBySide,
     /// Learning channels side by side.
@@ -44,7 +46,7 @@ pub(super) enum Source<S: Num, C: Scalar<Element: Precision>> {
     External(ExternalController),
 }
 
-impl<S: Num, C: Scalar<Element: Precision>> Source<S, C> {
+impl<S: Num, C: Scalar<Element: Precision>> ControllerSource<S, C> {
     /// The channels, if they compute the valve command.
     pub(super) fn channels(&mut self) -> &mut [RigChannel<C::Element>] {
         if let Self::Channels(channels, _) = self { channels } else { &mut [] }
@@ -63,18 +65,18 @@ impl<S: Num, C: Scalar<Element: Precision>> Source<S, C> {
 /// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
 /// number.
 pub(crate) struct DigitalSide<S: Num, C: Scalar<Element: Precision>> {
-    pub(super) kind: ChannelKind,
-    pub(super) source: Source<S, C>,
+    pub(super) channel_kind: ChannelKind,
+    pub(super) source: ControllerSource<S, C>,
     /// Whether the instruments are ideal and the loop analog.
     pub(super) ideal: bool,
     /// The controllers side by side.
     pub(super) controller: RigController<C>,
     /// Their configured calibration.
     pub(super) calibration: Box<Calibration<C>>,
-    pub(super) estimates: InUse<S>,
+    pub(super) estimates: EstimatesInUse<S>,
     /// For analog controllers since the last tick: the command (N) at the end of the interval, its rate (N/s)
     /// and the compensation (V).
-    pub(super) before: Option<[S; 3]>,
+    pub(super) last_analog: Option<[S; 3]>,
     /// The compensation (V) before the first tick, which holds the valve at its known or saved null.
     pub(super) null_signal: S,
     pub(super) estimates_velocity: bool,
@@ -89,5 +91,5 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar<Element: Precision>> {
     pub(super) dac: Dac<S>,
     pub(super) sample_rate: f64,
     /// Whether a trace is kept of the analog valve command, which nothing else needs.
-    pub(super) traces: bool,
+    pub(super) records_valve_command: bool,
 }

@@ -4,12 +4,12 @@
 use eft_core::{ControllerInput, ControllerOutput, ControllerState, Mask, Real, Scalar};
 
 use crate::closed_loop::digital_side::channels::ControllerOutputs;
-use crate::closed_loop::digital_side::parts::{DigitalSide, Source};
+use crate::closed_loop::digital_side::parts::{ControllerSource, DigitalSide};
 use crate::closed_loop::signals::{convert, convert_flags};
 use crate::closed_loop::{DigitalOutput, Estimates, ExternalOutput, LearningLanes, Precision};
 use crate::instruments::DelayLines;
 use crate::lanes::Num;
-use crate::plant::{Driver, Signals};
+use crate::plant::{AnyDrive, Signals};
 
 /// The input of the controllers in their precision.
 #[inline(always)]
@@ -46,11 +46,11 @@ pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar<Element: Precision>>(
     computation: &mut DelayLines,
     commands: [S; 2],
     measured: &mut Signals<S>,
-    present: S,
+    valve_command_now: S,
 ) -> ControllerOutputs<S> {
-    let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
+    let path = |compensation: C| if IDEAL { compensation } else { computation.delay(compensation) };
     let input = input(commands, measured);
-    let out = learning.step(&input, convert(present), path);
+    let out = learning.step(&input, convert(valve_command_now), path);
     measured.velocity = convert(input.velocity);
     outputs([convert(input.command), convert(input.next_command)], &out)
 }
@@ -65,14 +65,14 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         measured: &Signals<S>,
     ) -> ControllerOutputs<S> {
         let computation = &mut self.computation;
-        let path = |compensation: C| if IDEAL { compensation } else { computation.pass(compensation) };
+        let path = |compensation: C| if IDEAL { compensation } else { computation.delay(compensation) };
         let out = self.controller.step(state, &input(commands, measured), &self.calibration, path);
         outputs(commands, &out)
     }
 
     /// Runs the external controller.
     #[inline(never)]
-    pub(super) fn ask(
+    pub(super) fn run_external(
         &mut self,
         [command, next_command]: [S; 2],
         mut measured: Signals<S>,
@@ -81,14 +81,16 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         let signals =
             [command, velocity, force, spool, displacement, supply_pressure, acceleration, next_command];
         let answer = match &mut self.source {
-            Source::External(controller) => controller(signals.map(|signal| signal.lane(0).to_f64() as f32)),
+            ControllerSource::External(controller) => {
+                controller(signals.map(|signal| signal.lane(0).to_f64() as f32))
+            }
             _ => ExternalOutput::default(),
         };
         if self.estimates_velocity {
             measured.velocity = convert(answer.velocity);
         }
         if self.adapts {
-            self.estimates.follow(Estimates {
+            self.estimates.update(Estimates {
                 flow_gain_estimate: convert(answer.flow_gain),
                 response_delay_estimate: convert(answer.response_delay),
                 valve_gain_estimate: convert(answer.valve_gain),
@@ -102,7 +104,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             valve_command,
             compensation: convert(answer.compensation),
             status: S::flag(S::Mask::splat(true), answer.status) | clipped,
-            driver: Driver::held(valve_command),
+            driver: AnyDrive::held(valve_command),
         }
     }
 }

@@ -38,12 +38,12 @@ pub(crate) struct Exponential<S: Num> {
 pub(crate) struct FastState<S> {
     /// Valve, oil and piston.
     pub(crate) plant: ActuatorState<S>,
-    memory: Memory<S>,
+    history: History<S>,
 }
 
 /// Values of the previous steps that the method needs.
 #[derive(Debug, Clone, Copy, Default)]
-struct Memory<S> {
+struct History<S> {
     /// Load flow (m³/s) now and one step before.
     flow: [S; 2],
     /// Softening force (N) now and one step before.
@@ -61,7 +61,7 @@ pub(crate) struct Prediction<S> {
     gain: S,
     /// Softening force (N) there, and whether it was ever nonzero.
     softening: S,
-    soft: bool,
+    softens: bool,
 }
 
 impl<S: Num> Exponential<S> {
@@ -76,7 +76,7 @@ impl<S: Num> Exponential<S> {
                 let plant = PlainPlant::<f64>::pack(&|_| rig(i))?;
                 Ok(match rig(i).controller.realization {
                     Realization::Analog => {
-                        let analog = Analog::pack(&|_| rig(i)).through((cell_gain(i), 0.0));
+                        let analog = Analog::pack(&|_| rig(i)).with_load_cell((cell_gain(i), 0.0));
                         Propagator::new(&plant, &analog, grid.step)
                     }
                     Realization::Digital => Propagator::new(&plant, &Held(0.0), grid.step),
@@ -99,13 +99,13 @@ impl<S: Num> Exponential<S> {
         let [spool, demand] = self.at_rest;
         let plant = ActuatorState { spool, ..ActuatorState::default() };
         let flow = [self.plant.flow_and_gain(&plant).0; 2];
-        FastState { plant, memory: Memory { flow, demand, ..Memory::default() } }
+        FastState { plant, history: History { flow, demand, ..History::default() } }
     }
 
     /// The valve command (V) that `drive` gives at the start of its interval.
     #[inline(always)]
     pub(crate) fn driven_command(&self, state: &FastState<S>, drive: &impl Drive<S>) -> S {
-        self.plant.driven_command(&state.plant, state.memory.flow[0], drive)
+        self.plant.driven_command(&state.plant, state.history.flow[0], drive)
     }
 
     /// The state one tick later, from the prediction of its first step.
@@ -113,14 +113,14 @@ impl<S: Num> Exponential<S> {
     pub(crate) fn advance(
         &self,
         state: &FastState<S>,
-        ahead: &Prediction<S>,
+        prediction: &Prediction<S>,
         drive: &impl Drive<S>,
         grid: TimeGrid,
     ) -> FastState<S> {
         if grid.steps == 1 {
-            return self.step(state, ahead, drive, 0.0, grid.step);
+            return self.step(state, prediction, drive, 0.0, grid.step);
         }
-        let mut copies = (*state, *ahead, *drive);
+        let mut copies = (*state, *prediction, *drive);
         self.many_steps(&mut copies, grid);
         copies.0
     }
@@ -134,34 +134,34 @@ impl<S: Num> Exponential<S> {
         grid: TimeGrid,
     ) -> FastState<S> {
         let plant = self.plant.advance(state.plant, drive, 0.0, 1.0 / grid.sample_rate, grid.steps);
-        let memory = Memory { flow: [self.plant.flow_and_gain(&plant).0; 2], ..state.memory };
-        FastState { plant, memory }
+        let history = History { flow: [self.plant.flow_and_gain(&plant).0; 2], ..state.history };
+        FastState { plant, history }
     }
 
     /// Advances the state by all steps of a tick that has several.
     // A separate function, because beside a loop the values of a single step would not stay in registers.
     #[inline(never)]
     fn many_steps<D: Drive<S>>(&self, from: &mut (FastState<S>, Prediction<S>, D), grid: TimeGrid) {
-        let (state, ahead, drive) = *from;
-        from.0 = S::dispatch(ManySteps { integrator: self, state, ahead, drive, grid });
+        let (state, prediction, drive) = *from;
+        from.0 = S::dispatch(ManySteps { integrator: self, state, prediction, drive, grid });
     }
 
     #[inline(always)]
     fn step(
         &self,
         state: &FastState<S>,
-        ahead: &Prediction<S>,
+        prediction: &Prediction<S>,
         drive: &impl Drive<S>,
         from: f64,
         step: f64,
     ) -> FastState<S> {
-        let mut next = self.correct(state, ahead, drive, from, step);
-        let regular = self.is_regular([state, &next], drive, from, step);
-        if !regular.all() {
+        let mut next = self.correct(state, prediction, drive, from, step);
+        let linear = self.is_linear([state, &next], drive, from, step);
+        if !linear.all() {
             // Copies, because values behind a reference cannot stay in registers.
             let mut copies = (*state, *drive);
-            self.fall_back(&mut copies, from, step);
-            next = FastState::select(regular, next, copies.0);
+            self.step_by_runge_kutta(&mut copies, from, step);
+            next = FastState::select(linear, next, copies.0);
         }
         next
     }
@@ -170,7 +170,7 @@ impl<S: Num> Exponential<S> {
     /// can be computed before the drive of the valve is known.
     #[inline(always)]
     pub(crate) fn predict(&self, state: &FastState<S>) -> Prediction<S> {
-        let (p, m) = (&self.propagator, &state.memory);
+        let (p, m) = (&self.propagator, &state.history);
         let zero = S::splat(0.0);
         let change = |values: &[S; 2]| values[0] - values[1];
         let mut plant = ActuatorState::default()
@@ -181,13 +181,13 @@ impl<S: Num> Exponential<S> {
             plant = plant.plus(*column, number);
         }
         // In most of a test the motion is too small for softening, and this term is zero.
-        let soft = !(m.softening[0].abs().le(zero) & m.softening[1].abs().le(zero)).all();
-        if soft {
+        let softens = !(m.softening[0].abs().le(zero) & m.softening[1].abs().le(zero)).all();
+        if softens {
             let (constant, ramp) = (p.softening.constant, p.softening.ramp);
             plant = plant.plus(constant, m.softening[0]).plus(ramp, change(&m.softening));
         }
         let (flow, gain) = self.plant.flow_and_gain(&plant);
-        Prediction { plant, flow, gain, softening: self.plant.softening_force(&plant), soft }
+        Prediction { plant, flow, gain, softening: self.plant.softening_force(&plant), softens }
     }
 
     /// The corrected step, with the drive of the valve.
@@ -195,56 +195,56 @@ impl<S: Num> Exponential<S> {
     fn correct(
         &self,
         state: &FastState<S>,
-        ahead: &Prediction<S>,
+        prediction: &Prediction<S>,
         drive: &impl Drive<S>,
         from: f64,
         step: f64,
     ) -> FastState<S> {
-        let (p, m) = (&self.propagator, &state.memory);
+        let (p, m) = (&self.propagator, &state.history);
         let zero = S::splat(0.0);
         let growth = drive.slope() * S::splat(step);
-        let per_jump = ahead.gain * p.demand.constant.spool;
-        let per_growth = ahead.gain * p.demand.ramp.spool;
+        let per_jump = prediction.gain * p.demand.constant.spool;
+        let per_growth = prediction.gain * p.demand.ramp.spool;
         // Few operations depend on the jump, which is known last.
-        let expected = |values: &[S; 2]| values[0] + (values[0] - values[1]);
-        let expected_flow = expected(&m.flow);
-        let unexpected = (ahead.flow - expected_flow).plus(per_growth, growth);
-        let mut plant = ahead.plant.plus(p.demand.ramp, growth);
-        if ahead.soft || !ahead.softening.abs().le(zero).all() {
-            plant = plant.plus(p.softening.bend, ahead.softening - expected(&m.softening));
+        let extrapolated = |values: &[S; 2]| values[0] + (values[0] - values[1]);
+        let extrapolated_flow = extrapolated(&m.flow);
+        let flow_change = (prediction.flow - extrapolated_flow).plus(per_growth, growth);
+        let mut plant = prediction.plant.plus(p.demand.ramp, growth);
+        if prediction.softens || !prediction.softening.abs().le(zero).all() {
+            plant = plant.plus(p.softening.bend, prediction.softening - extrapolated(&m.softening));
         }
 
-        let jump = drive.above(m.demand, S::splat(from));
-        let unexpected = unexpected.plus(per_jump, jump);
-        let memory = Memory {
-            flow: [expected_flow + unexpected, m.flow[0]],
-            softening: [ahead.softening, m.softening[0]],
+        let jump = drive.demand_difference(m.demand, S::splat(from));
+        let flow_change = flow_change.plus(per_jump, jump);
+        let history = History {
+            flow: [extrapolated_flow + flow_change, m.flow[0]],
+            softening: [prediction.softening, m.softening[0]],
             demand: m.demand + (jump + growth),
         };
-        let plant = plant.plus(p.demand.constant, jump).plus(p.flow.bend, unexpected);
-        FastState { plant, memory }
+        let plant = plant.plus(p.demand.constant, jump).plus(p.flow.bend, flow_change);
+        FastState { plant, history }
     }
 
     /// Lanes in which the equations were linear over the whole step.
     #[inline(always)]
-    fn is_regular(&self, ends: [&FastState<S>; 2], drive: &impl Drive<S>, from: f64, step: f64) -> S::Mask {
-        let mut regular = drive.is_sound(self.cell_gain);
+    fn is_linear(&self, ends: [&FastState<S>; 2], drive: &impl Drive<S>, from: f64, step: f64) -> S::Mask {
+        let mut linear = drive.has_nominal_cell(self.cell_gain);
         for (end, time) in ends.into_iter().zip([from, from + step]) {
-            regular = regular & end.plant.spool.abs().lt(S::splat(1.0));
-            if drive.limits() {
-                let demand = self.plant.driven_demand(&end.plant, end.memory.flow[0], drive, S::splat(time));
-                regular = regular & drive.passes(demand);
+            linear = linear & end.plant.spool.abs().lt(S::splat(1.0));
+            if drive.has_limit() {
+                let demand = self.plant.driven_demand(&end.plant, end.history.flow[0], drive, S::splat(time));
+                linear = linear & drive.is_unlimited(demand);
             }
         }
-        regular
+        linear
     }
 
     /// Advances the state by one Runge–Kutta step.
     #[cold]
     #[inline(never)]
-    fn fall_back<D: Drive<S>>(&self, at: &mut (FastState<S>, D), from: f64, step: f64) {
+    fn step_by_runge_kutta<D: Drive<S>>(&self, at: &mut (FastState<S>, D), from: f64, step: f64) {
         let (state, drive) = *at;
-        at.0 = S::dispatch(FallBack { integrator: self, state, drive, from, step });
+        at.0 = S::dispatch(RungeKuttaStep { integrator: self, state, drive, from, step });
     }
 }
 
@@ -252,7 +252,7 @@ impl<S: Num> Exponential<S> {
 struct ManySteps<'a, S: Num, D> {
     integrator: &'a Exponential<S>,
     state: FastState<S>,
-    ahead: Prediction<S>,
+    prediction: Prediction<S>,
     drive: D,
     grid: TimeGrid,
 }
@@ -262,20 +262,20 @@ impl<S: Num, D: Drive<S>> Work for ManySteps<'_, S, D> {
 
     #[inline(always)]
     fn run(self) -> FastState<S> {
-        let Self { integrator, mut state, mut ahead, drive, grid } = self;
+        let Self { integrator, mut state, mut prediction, drive, grid } = self;
         let step = grid.step;
         for n in 0..grid.steps {
             if n > 0 {
-                ahead = integrator.predict(&state);
+                prediction = integrator.predict(&state);
             }
-            state = integrator.step(&state, &ahead, &drive, f64::from(n) * step, step);
+            state = integrator.step(&state, &prediction, &drive, f64::from(n) * step, step);
         }
         state
     }
 }
 
 /// One step by Runge–Kutta.
-struct FallBack<'a, S: Num, D> {
+struct RungeKuttaStep<'a, S: Num, D> {
     integrator: &'a Exponential<S>,
     state: FastState<S>,
     drive: D,
@@ -283,7 +283,7 @@ struct FallBack<'a, S: Num, D> {
     step: f64,
 }
 
-impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
+impl<S: Num, D: Drive<S>> Work for RungeKuttaStep<'_, S, D> {
     type Output = FastState<S>;
 
     #[inline(always)]
@@ -292,8 +292,8 @@ impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
         let before = Spool::at_stop(state.plant.spool);
         let (mut plant, mut open) = (state.plant, S::Mask::splat(true));
         for steps in [1, SUBSTEPS] {
-            let taken = integrator.plant.advance(state.plant, &drive, from, step, steps);
-            plant = ActuatorState::select(open, taken, plant);
+            let advanced = integrator.plant.advance(state.plant, &drive, from, step, steps);
+            plant = ActuatorState::select(open, advanced, plant);
             // Reaching or leaving a stop is a kink, at which a long step is inaccurate.
             let after = Spool::at_stop(plant.spool);
             open = (before | after) & !(before & after);
@@ -302,12 +302,12 @@ impl<S: Num, D: Drive<S>> Work for FallBack<'_, S, D> {
             }
         }
         let zero = S::splat(0.0);
-        let memory = Memory {
-            flow: [integrator.plant.flow_and_gain(&plant).0, state.memory.flow[0]],
-            softening: [integrator.plant.softening_force(&plant), state.memory.softening[0]],
+        let history = History {
+            flow: [integrator.plant.flow_and_gain(&plant).0, state.history.flow[0]],
+            softening: [integrator.plant.softening_force(&plant), state.history.softening[0]],
             demand: drive.demand(S::splat(from + step), zero, zero),
         };
-        FastState { plant, memory }
+        FastState { plant, history }
     }
 }
 
@@ -315,8 +315,8 @@ impl<S: Num> FastState<S> {
     /// Every number of the state.
     pub(crate) fn numbers(&mut self) -> [&mut S; 10] {
         let ActuatorState { pilot_flow, spool, load_pressure, displacement, velocity } = &mut self.plant;
-        let Memory { flow: [flow, flow_before], softening: [softening, softening_before], demand } =
-            &mut self.memory;
+        let History { flow: [flow, flow_before], softening: [softening, softening_before], demand } =
+            &mut self.history;
         [
             pilot_flow,
             spool,
@@ -334,10 +334,10 @@ impl<S: Num> FastState<S> {
     // Field by field, because the compiler does not inline closures in code that it considers rare.
     #[inline(always)]
     pub(crate) fn select(mask: S::Mask, yes: Self, no: Self) -> Self {
-        let (a, b) = (yes.memory, no.memory);
+        let (a, b) = (yes.history, no.history);
         Self {
             plant: ActuatorState::select(mask, yes.plant, no.plant),
-            memory: Memory {
+            history: History {
                 flow: [S::select(mask, a.flow[0], b.flow[0]), S::select(mask, a.flow[1], b.flow[1])],
                 softening: [
                     S::select(mask, a.softening[0], b.softening[0]),

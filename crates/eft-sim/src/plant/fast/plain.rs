@@ -4,7 +4,7 @@ use eft_core::Scalar;
 
 use crate::lanes::Num;
 use crate::plant::{
-    Actuator, ActuatorState, At, Drive, Equations, LoadFlow, PilotValve, Signals, Spool, Stages, Story,
+    Actuator, ActuatorState, Drive, DriveAt, Equations, LoadFlow, PilotValve, Signals, Spool, Stages, Story,
     Valve, runge_kutta,
 };
 use crate::{Result, RigConfig};
@@ -157,7 +157,7 @@ impl<S: Num, D: Drive<S>> Equations<S> for Dynamics<'_, S, D> {
         let state = ActuatorState::from_slice(state);
         let terms = Terms { flow: plant.flow_and_gain(&state).0, softening: plant.softening_force(&state) };
         if let Some(rate) = rate.first_chunk_mut() {
-            *rate = plant.rate_under(&state, &terms, &At { drive, time }).to_array();
+            *rate = plant.rate_under(&state, &terms, &DriveAt { drive, time }).to_array();
         }
     }
 }
@@ -166,7 +166,7 @@ impl<S: Num, D: Drive<S>> Equations<S> for Dynamics<'_, S, D> {
 mod tests {
     use super::*;
     use crate::plant::changed;
-    use crate::plant::drive::{Driver, Held};
+    use crate::plant::drive::{AnyDrive, Held};
     use crate::plant::{Plant, TimeGrid};
 
     #[test]
@@ -179,7 +179,7 @@ mod tests {
         for n in 0..2048 {
             let command = 5.0 * (0.01 * f64::from(n)).sin();
             state = plain.advance(state, &Held(command), 0.0, 1.0 / 1024.0, 2);
-            plant.advance(&[Driver::held(command)], TimeGrid::new(1024.0, 2));
+            plant.advance(&[AnyDrive::held(command)], TimeGrid::new(1024.0, 2));
             assert_eq!((state, plain.force(&state)), (plant.actuator(0), plant.force(0)), "tick {n}");
         }
         assert!(state.displacement.abs() > 1e-3);

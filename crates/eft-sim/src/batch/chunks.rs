@@ -11,15 +11,15 @@ use crate::lanes::width;
 use crate::plant::{TimeGrid, needs_detail};
 
 /// Tests that one thread runs together, by their places in the batch.
-pub(super) struct Piece {
-    pub(super) places: Vec<usize>,
+pub(super) struct Chunk {
+    pub(super) indices: Vec<usize>,
     /// Their common properties, if they run side by side.
-    pub(super) side_by_side: Option<Kind>,
+    pub(super) side_by_side: Option<TestKind>,
 }
 
 /// The properties that tests side by side share; any other parameter may differ.
 #[derive(Debug, PartialEq, Eq, Hash, Clone, Copy)]
-pub(super) struct Kind {
+pub(super) struct TestKind {
     sample_rate: u64,
     steps: u32,
     pub(super) samples: usize,
@@ -33,7 +33,7 @@ pub(super) struct Kind {
     pub(super) soft_end: Option<usize>,
 }
 
-impl Kind {
+impl TestKind {
     /// The kind of a test with valid commands; `None` for a test that is refused.
     fn of(test: &Test<'_>, options: &BatchOptions) -> Option<Self> {
         let Test { rig, commands } = test;
@@ -59,49 +59,50 @@ impl Kind {
 }
 
 /// Divides a batch into pieces, the larger ones first.
-pub(super) fn pieces(tests: &[Test<'_>], options: &BatchOptions) -> Vec<Piece> {
-    let mut pieces = Vec::new();
+pub(super) fn chunks(tests: &[Test<'_>], options: &BatchOptions) -> Vec<Chunk> {
+    let mut chunks = Vec::new();
     let mut alone = Vec::new();
-    let mut kinds: Vec<(Kind, Vec<usize>)> = Vec::new();
-    let mut known = HashMap::new();
+    let mut kinds: Vec<(TestKind, Vec<usize>)> = Vec::new();
+    let mut kind_numbers = HashMap::new();
     // Commands shared by several tests with the same number of stories are checked once.
-    let mut sound = HashMap::new();
-    for (place, test) in tests.iter().enumerate() {
-        let looked_through = (ptr::from_ref(test.commands), test.rig.structure.floors());
-        let is_sound =
-            *sound.entry(looked_through).or_insert_with(|| check_commands(test.rig, test.commands).is_ok());
-        let Some(kind) = Kind::of(test, options).filter(|_| is_sound) else {
-            alone.push(place);
+    let mut command_validity = HashMap::new();
+    for (index, test) in tests.iter().enumerate() {
+        let commands_and_floors = (ptr::from_ref(test.commands), test.rig.structure.floors());
+        let is_valid = *command_validity
+            .entry(commands_and_floors)
+            .or_insert_with(|| check_commands(test.rig, test.commands).is_ok());
+        let Some(kind) = TestKind::of(test, options).filter(|_| is_valid) else {
+            alone.push(index);
             continue;
         };
-        let n = *known.entry(kind).or_insert_with(|| {
+        let n = *kind_numbers.entry(kind).or_insert_with(|| {
             kinds.push((kind, Vec::new()));
             kinds.len() - 1
         });
-        kinds[n].1.push(place);
+        kinds[n].1.push(index);
     }
     let width = width();
-    for (kind, mut places) in kinds {
+    for (kind, mut indices) in kinds {
         // A step that one lane must subdivide costs time in all lanes. Rigs with similar compensation reach
         // their limits together.
-        let alike = |place: usize| {
-            let rig = tests[place].rig;
+        let sort_key = |index: usize| {
+            let rig = tests[index].rig;
             let (compensation, valve) = (&rig.compensation, &rig.plant().servovalve);
             (compensation.mode as u8, compensation.level * valve.flow_gain_scale)
         };
-        places.sort_by(|&a, &b| {
-            let (a, b) = (alike(a), alike(b));
+        indices.sort_by(|&a, &b| {
+            let (a, b) = (sort_key(a), sort_key(b));
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         });
-        for places in places.chunks(width) {
+        for indices in indices.chunks(width) {
             // A set of lanes costs about as much as two tests, even if few of its lanes are used.
-            if places.len() > 2 {
-                pieces.push(Piece { places: places.to_vec(), side_by_side: Some(kind) });
+            if indices.len() > 2 {
+                chunks.push(Chunk { indices: indices.to_vec(), side_by_side: Some(kind) });
             } else {
-                alone.extend(places);
+                alone.extend(indices);
             }
         }
     }
-    pieces.extend(alone.into_iter().map(|place| Piece { places: vec![place], side_by_side: None }));
-    pieces
+    chunks.extend(alone.into_iter().map(|index| Chunk { indices: vec![index], side_by_side: None }));
+    chunks
 }

@@ -2,8 +2,8 @@
 
 use eft_core::{Mask, Scalar, status};
 
-use crate::batch::floor::{Ended, Floor};
-use crate::batch::pieces::Kind;
+use crate::batch::actuator_recorder::{ActuatorRecorder, LaneResult};
+use crate::batch::chunks::TestKind;
 use crate::batch::{BatchOptions, Outcome, Test};
 use crate::closed_loop::{BLOCK_TICKS, ClosedLoop, FastLoop, GeneralLoop, Precision, Width};
 use crate::error::{Error, Result};
@@ -12,15 +12,15 @@ use crate::metrics::BLOCK;
 
 /// Tests of one kind, at most as many as there are lanes.
 #[derive(Clone, Copy)]
-pub(super) struct SideBySide<'a> {
+pub(super) struct LaneBatch<'a> {
     pub(super) tests: &'a [Test<'a>],
-    pub(super) kind: Kind,
+    pub(super) kind: TestKind,
     pub(super) options: &'a BatchOptions,
     pub(super) stopped: &'a dyn Fn() -> bool,
 }
 
 /// The same with controllers in one precision.
-struct InPrecision<'a, P>(SideBySide<'a>, std::marker::PhantomData<P>);
+struct InPrecision<'a, P>(LaneBatch<'a>, std::marker::PhantomData<P>);
 
 impl<P: Precision> WideWork for InPrecision<'_, P> {
     type Output = Result<Vec<Result<Outcome>>>;
@@ -40,13 +40,13 @@ impl<P: Precision> WideWork for InPrecision<'_, P> {
     }
 }
 
-impl SideBySide<'_> {
+impl LaneBatch<'_> {
     /// The outcome of each test, in order; `None` on a processor without vector instructions for it.
     ///
     /// # Errors
     /// Parameters that the core refuses, or an interruption.
     // Not generic, so that it is compiled here once.
-    pub(super) fn run_widest(self, width: Width) -> Option<Result<Vec<Result<Outcome>>>> {
+    pub(super) fn run_in_widest_lanes(self, width: Width) -> Option<Result<Vec<Result<Outcome>>>> {
         match width {
             Width::Single => dispatch_wide(InPrecision::<f32>(self, std::marker::PhantomData)),
             Width::Double => dispatch_wide(InPrecision::<f64>(self, std::marker::PhantomData)),
@@ -57,11 +57,11 @@ impl SideBySide<'_> {
         &self,
         test: &mut impl ClosedLoop<S, C>,
     ) -> Result<Vec<Result<Outcome>>> {
-        let Kind { samples, actuators, soft_end, .. } = self.kind;
-        let mut floors: Vec<_> =
-            (0..actuators).map(|_| Floor::<S>::new(self.tests, samples, self.options)).collect();
+        let TestKind { samples, actuators, soft_end, .. } = self.kind;
+        let mut recorders: Vec<_> =
+            (0..actuators).map(|_| ActuatorRecorder::<S>::new(self.tests, samples, self.options)).collect();
         let mut commands = vec![vec![S::splat(0.0); BLOCK + 1]; actuators];
-        let mut lanes: Vec<Option<Vec<Ended>>> = (0..S::LANES).map(|_| None).collect();
+        let mut lanes: Vec<Option<Vec<LaneResult>>> = (0..S::LANES).map(|_| None).collect();
         let longest = if self.options.traces { BLOCK_TICKS } else { BLOCK };
         let mut start = 0;
         while start < samples && lanes.iter().any(Option::is_none) {
@@ -85,43 +85,43 @@ impl SideBySide<'_> {
                 let end = soft_end.filter(|end| (start + done + 1..start + ticks).contains(end));
                 let segment = (end.map_or(ticks, |end| end - start) - done).min(longest);
                 let rest: Vec<_> = commands.iter().map(|commands| &commands[done..]).collect();
-                floors.iter_mut().for_each(|floor| floor.done = done);
-                let ran = test.run(&rest, segment, &mut floors);
+                recorders.iter_mut().for_each(|recorder| recorder.offset = done);
+                let ran = test.run(&rest, segment, &mut recorders);
                 done += ran;
-                floors.iter_mut().for_each(|floor| floor.keep(ran));
+                recorders.iter_mut().for_each(|recorder| recorder.store(ran));
                 if ran < segment {
                     let lost = !test.is_bounded();
                     for (lane, ended) in lanes.iter_mut().enumerate().filter(|(lane, _)| lost.lane(*lane)) {
                         if ended.is_none() {
-                            let all = Ended::of(&mut floors, lane, &commands, done, test);
+                            let all = LaneResult::of(&mut recorders, lane, &commands, done, test);
                             *ended = Some(with_flag(all, status::DIVERGED));
                         }
                     }
                     test.restart(lost);
                 }
             }
-            Floor::add(&mut floors, &commands, ticks);
+            ActuatorRecorder::add_block(&mut recorders, &commands, ticks);
             start += ticks;
         }
         let mut outcomes = Vec::with_capacity(self.tests.len());
         for (lane, test_of_lane) in self.tests.iter().enumerate() {
             let ended = lanes[lane].take();
-            let ended = ended.unwrap_or_else(|| Ended::of(&mut floors, lane, &commands, 0, test));
-            outcomes.push(Ended::outcome(ended, test_of_lane, self.options.fft));
+            let ended = ended.unwrap_or_else(|| LaneResult::of(&mut recorders, lane, &commands, 0, test));
+            outcomes.push(LaneResult::outcome(ended, test_of_lane, self.options.fft));
         }
         Ok(outcomes)
     }
 }
 
 /// Sets a flag in the last tick of a test that has ended.
-fn with_flag(mut floors: Vec<Ended>, flag: u32) -> Vec<Ended> {
-    for floor in &mut floors {
+fn with_flag(mut recorders: Vec<LaneResult>, flag: u32) -> Vec<LaneResult> {
+    for floor in &mut recorders {
         floor.status |= flag;
         if let Some(run) = &mut floor.run {
             run.flag_end(flag);
         }
     }
-    floors
+    recorders
 }
 
 /// Gathers the commands of a block, and the first one after it, into lanes.

@@ -4,14 +4,14 @@ use eft_core::{Flags, Scalar};
 
 use crate::batch::{BatchOptions, Outcome, Test};
 use crate::closed_loop::{
-    Block, ClosedLoop, Estimates, InUse, Precision, Recorder, TestRun, Tick, adapts, supply_varies,
+    Block, ClosedLoop, Estimates, EstimatesInUse, Precision, Recorder, TestRun, Tick, adapts, supply_varies,
 };
 use crate::error::Result;
 use crate::lanes::{Num, Work};
 use crate::metrics::{BLOCK, Norms, Summed, Sums};
 
 /// One actuator, or one floor of buildings, of every lane.
-pub(super) struct Floor<S: Num> {
+pub(super) struct ActuatorRecorder<S: Num> {
     norms: Norms<S>,
     /// Largest spool opening (1) and smallest supply pressure (Pa).
     max_spool: S,
@@ -21,10 +21,10 @@ pub(super) struct Floor<S: Num> {
     supply_varies: bool,
     /// Whether any test learns.
     learns: bool,
-    estimates: InUse<S>,
+    estimates: EstimatesInUse<S>,
     status: S::Flags,
     /// The tick of the block from which on the next ticks are recorded.
-    pub(super) done: usize,
+    pub(super) offset: usize,
     /// Forces (N) and displacements (m) of one block.
     forces: Vec<S>,
     displacements: Vec<S>,
@@ -33,17 +33,17 @@ pub(super) struct Floor<S: Num> {
     /// The ticks that are not yet in the runs.
     block: Option<Box<Block<S>>>,
     /// Whole forces (N) and displacements (m) of each test, if only the costly metrics need them.
-    whole: Vec<[Vec<f64>; 2]>,
+    signals: Vec<[Vec<f64>; 2]>,
 }
 
-impl<S: Num> Floor<S> {
+impl<S: Num> ActuatorRecorder<S> {
     pub(super) fn new(tests: &[Test<'_>], samples: usize, options: &BatchOptions) -> Self {
         let zero = S::splat(0.0);
         let supply_varies = tests.iter().any(|test| supply_varies(test.rig));
         let pressure = |lane: usize| tests[lane.min(tests.len() - 1)].rig.plant().supply.pressure;
         let highest = S::splat(f64::INFINITY);
-        let whole = if options.fft && !options.traces { tests.len() } else { 0 };
-        let kept = if options.traces { tests } else { &[] };
+        let signals = if options.fft && !options.traces { tests.len() } else { 0 };
+        let recorded = if options.traces { tests } else { &[] };
         let run =
             |test: &Test<'_>| Some(TestRun::with_capacity(test.rig, test.commands[0].sample_rate, samples));
         Self {
@@ -53,35 +53,42 @@ impl<S: Num> Floor<S> {
             drift: zero,
             supply_varies,
             learns: tests.iter().any(|test| adapts(test.rig)),
-            estimates: InUse::none(),
+            estimates: EstimatesInUse::none(),
             status: S::Flags::default(),
-            done: 0,
+            offset: 0,
             forces: vec![zero; BLOCK],
             displacements: vec![zero; BLOCK],
-            runs: kept.iter().map(run).collect(),
-            block: options.traces.then(|| Block::new(kept.iter().map(|test| test.rig))),
-            whole: vec![[Vec::with_capacity(samples), Vec::with_capacity(samples)]; whole],
+            runs: recorded.iter().map(run).collect(),
+            block: options.traces.then(|| Block::new(recorded.iter().map(|test| test.rig))),
+            signals: vec![[Vec::with_capacity(samples), Vec::with_capacity(samples)]; signals],
         }
     }
 
     /// Moves the first recorded ticks into the tests' traces.
-    pub(super) fn keep(&mut self, ticks: usize) {
+    pub(super) fn store(&mut self, ticks: usize) {
         if let Some(block) = &self.block {
             let runs = self.runs.iter_mut().enumerate();
             let mut to: Vec<_> =
                 runs.filter_map(|(lane, run)| Some((lane, &mut run.as_mut()?.traces))).collect();
-            block.hand_over(ticks, &mut to);
+            block.append_to(ticks, &mut to);
         }
     }
 
     /// Adds a finished block of `ticks` to every floor.
-    pub(super) fn add(floors: &mut [Self], commands: &[Vec<S>], ticks: usize) {
+    pub(super) fn add_block(floors: &mut [Self], commands: &[Vec<S>], ticks: usize) {
         let mut below: Option<&[S]> = None;
         for (floor, commands) in floors.iter_mut().zip(commands) {
             let (forces, displacements) = (&floor.forces[..ticks], &floor.displacements[..ticks]);
             let (norms, drift) = (&mut floor.norms, &mut floor.drift);
-            S::dispatch(Add { norms, drift, commands: &commands[..ticks], forces, displacements, below });
-            for (lane, [force, displacement]) in floor.whole.iter_mut().enumerate() {
+            S::dispatch(AddNorms {
+                norms,
+                drift,
+                commands: &commands[..ticks],
+                forces,
+                displacements,
+                below,
+            });
+            for (lane, [force, displacement]) in floor.signals.iter_mut().enumerate() {
                 force.extend(forces.iter().map(|value| value.lane(lane)));
                 displacement.extend(displacements.iter().map(|value| value.lane(lane)));
             }
@@ -90,11 +97,11 @@ impl<S: Num> Floor<S> {
     }
 }
 
-impl<S: Num> Recorder<S> for Floor<S> {
+impl<S: Num> Recorder<S> for ActuatorRecorder<S> {
     #[inline(always)]
-    fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &InUse<S>) {
-        self.forces[self.done + i] = tick.force;
-        self.displacements[self.done + i] = tick.plant.displacement;
+    fn record(&mut self, i: usize, tick: &Tick<'_, S>, estimates: &EstimatesInUse<S>) {
+        self.forces[self.offset + i] = tick.force;
+        self.displacements[self.offset + i] = tick.plant.displacement;
         self.max_spool = tick.plant.spool.abs().larger(self.max_spool);
         if self.supply_varies {
             self.min_supply_pressure = tick.supply_pressure.smaller(self.min_supply_pressure);
@@ -109,7 +116,7 @@ impl<S: Num> Recorder<S> for Floor<S> {
     }
 }
 
-struct Add<'a, S> {
+struct AddNorms<'a, S> {
     norms: &'a mut Norms<S>,
     drift: &'a mut S,
     commands: &'a [S],
@@ -118,7 +125,7 @@ struct Add<'a, S> {
     below: Option<&'a [S]>,
 }
 
-impl<S: Num> Work for Add<'_, S> {
+impl<S: Num> Work for AddNorms<'_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -133,41 +140,43 @@ impl<S: Num> Work for Add<'_, S> {
 }
 
 /// One lane's test at one actuator, at its end.
-pub(super) struct Ended {
+pub(super) struct LaneResult {
     sums: Sums,
     estimates: Estimates<f64>,
     pub(super) status: u32,
     samples: usize,
     pub(super) run: Option<TestRun>,
-    whole: Option<[Vec<f64>; 2]>,
+    signals: Option<[Vec<f64>; 2]>,
 }
 
-impl Ended {
+impl LaneResult {
     /// The result of one lane at every actuator, `ticks` into a block that is not yet added.
     pub(super) fn of<S: Num, C: Scalar<Element: Precision>>(
-        floors: &mut [Floor<S>],
+        floors: &mut [ActuatorRecorder<S>],
         lane: usize,
         commands: &[Vec<S>],
         ticks: usize,
         test: &impl ClosedLoop<S, C>,
     ) -> Vec<Self> {
-        let of = |values: &[S]| values[..ticks].iter().map(|value| value.lane(lane)).collect::<Vec<_>>();
+        let samples_of =
+            |values: &[S]| values[..ticks].iter().map(|value| value.lane(lane)).collect::<Vec<_>>();
         let mut below: Option<Vec<f64>> = None;
         let floors = floors.iter_mut().zip(commands).enumerate();
-        let end = |(actuator, (floor, commands)): (usize, (&mut Floor<S>, &Vec<S>))| {
-            let (command, force) = (of(commands), of(&floor.forces));
-            let displacement = of(&floor.displacements);
+        let end = |(actuator, (floor, commands)): (usize, (&mut ActuatorRecorder<S>, &Vec<S>))| {
+            let (command, force) = (samples_of(commands), samples_of(&floor.forces));
+            let displacement = samples_of(&floor.displacements);
             let (mut norms, mut drift) = (floor.norms.lane(lane), floor.drift.lane(lane));
             if ticks > 0 {
                 let (commands, forces, displacements) = (&command[..], &force[..], &displacement[..]);
                 let below = below.as_deref();
-                Add { norms: &mut norms, drift: &mut drift, commands, forces, displacements, below }.run();
+                AddNorms { norms: &mut norms, drift: &mut drift, commands, forces, displacements, below }
+                    .run();
             }
             let run = floor.runs.get_mut(lane).and_then(Option::take).map(|mut run| {
                 test.complete(&mut run, actuator, lane);
                 run
             });
-            let whole = floor.whole.get(lane).map(|[forces, displacements]| {
+            let signals = floor.signals.get(lane).map(|[forces, displacements]| {
                 [[forces.as_slice(), &force].concat(), [displacements.as_slice(), &displacement].concat()]
             });
             below = Some(displacement);
@@ -182,7 +191,7 @@ impl Ended {
                 estimates: floor.estimates.estimates.lane(lane),
                 status: floor.status.lane(lane),
                 run,
-                whole,
+                signals,
             }
         };
         floors.map(end).collect()
@@ -194,13 +203,13 @@ impl Ended {
         let samples = floors.first().map_or(0, |floor| floor.samples);
         let mut summed = Vec::with_capacity(floors.len());
         for (i, floor) in floors.iter().enumerate() {
-            let whole: [&[f64]; 2] = match (&floor.whole, runs.get(i)) {
+            let signals: [&[f64]; 2] = match (&floor.signals, runs.get(i)) {
                 (Some([force, displacement]), _) => [force, displacement],
                 (None, Some(run)) => [&run.force, &run.displacement],
                 (None, None) => [&[], &[]],
             };
             let command = &test.commands[i].values[..samples];
-            summed.push(Summed { command, sums: floor.sums, whole });
+            summed.push(Summed { command, sums: floor.sums, whole: signals });
         }
         let estimates: Vec<_> = floors.iter().map(|floor| floor.estimates).collect();
         let status = floors.iter().fold(0, |all, floor| all | floor.status);

@@ -5,8 +5,8 @@ use eft_core::{
     SavedCalibration, Scalar,
 };
 
-use crate::closed_loop::channel::Learning;
-use crate::closed_loop::{Estimates, InUse, Precision, RigController};
+use crate::closed_loop::channel::RigLearner;
+use crate::closed_loop::{Estimates, EstimatesInUse, Precision, RigController};
 use crate::config::TABLE_CAPACITY;
 use crate::error::Result;
 use crate::lanes::{Num, Work};
@@ -15,13 +15,13 @@ use crate::lanes::{Num, Work};
 pub(crate) struct LearningLanes<S: Num, C: Scalar<Element: Precision>> {
     channels: Box<ChannelLanes<C, TABLE_CAPACITY>>,
     state: Box<ChannelLanesState<C>>,
-    learners: Vec<Learning<C::Element>>,
+    learners: Vec<RigLearner<C::Element>>,
     /// For each lane the calibration in use and the one of the next window.
     calibrations: Vec<[Calibration<C::Element>; 2]>,
     /// The estimates of the calibrations in use.
-    pub(crate) estimates: InUse<S>,
+    pub(crate) estimates: EstimatesInUse<S>,
     /// Whether the last tick closed a window.
-    closed: bool,
+    window_closed: bool,
 }
 
 impl<S: Num, C: Scalar<Element: Precision>> LearningLanes<S, C> {
@@ -36,21 +36,26 @@ impl<S: Num, C: Scalar<Element: Precision>> LearningLanes<S, C> {
     ) -> Result<Self> {
         let window_ticks = C::Element::channel(&parameters[0])?.window_ticks();
         let channels = Box::new(ChannelLanes::new(RigController::pack(&|i| &controllers[i]), window_ticks));
-        let learners =
-            parameters.iter().enumerate().map(|(i, p)| Learning::new(p, saved(i))).collect::<Result<_>>()?;
+        let learners = parameters
+            .iter()
+            .enumerate()
+            .map(|(i, p)| RigLearner::new(p, saved(i)))
+            .collect::<Result<_>>()?;
         let calibrations: Vec<_> = controllers
             .iter()
             .zip(&learners)
-            .map(|(one, learning): (_, &Learning<_>)| [learning.first.unwrap_or_else(|| one.nominal()); 2])
+            .map(|(one, learning): (_, &RigLearner<_>)| {
+                [learning.saved_calibration.unwrap_or_else(|| one.nominal()); 2]
+            })
             .collect();
-        let estimates = InUse::new(Estimates::unknown().or(|i| Some(&calibrations[i][0])));
+        let estimates = EstimatesInUse::new(Estimates::unknown().or(|i| Some(&calibrations[i][0])));
         Ok(Self {
             state: Box::new(channels.at_rest_with(&Calibration::pack(|i| &calibrations[i][0]))),
             channels,
             learners,
             calibrations,
             estimates,
-            closed: false,
+            window_closed: false,
         })
     }
 
@@ -67,11 +72,11 @@ impl<S: Num, C: Scalar<Element: Precision>> LearningLanes<S, C> {
         valve_command: C,
         path: impl FnOnce(C) -> C,
     ) -> ControllerOutput<C> {
-        if self.closed {
+        if self.window_closed {
             self.learn();
         }
         let out;
-        (out, self.closed) = self.channels.step(&mut self.state, input, valve_command, path);
+        (out, self.window_closed) = self.channels.step(&mut self.state, input, valve_command, path);
         out
     }
 
@@ -91,7 +96,7 @@ impl<S: Num, C: Scalar<Element: Precision>> LearningLanes<S, C> {
     pub(crate) fn saved(&self, lane: usize) -> Option<SavedCalibration> {
         let mut learning = self.learners.get(lane)?.clone();
         // A window that closed with the last tick would be learned before the next.
-        if self.closed {
+        if self.window_closed {
             learning.learner.update(&mut learning.state, &self.state.window(lane));
         }
         learning.saved()
@@ -112,6 +117,6 @@ impl<S: Num, C: Scalar<Element: Precision>> Work for Publish<'_, S, C> {
     fn run(self) {
         let LearningLanes { channels, state, calibrations, estimates, .. } = self.0;
         channels.publish(state, |lane| &calibrations[lane][1]);
-        estimates.use_now(Estimates::unknown().or(|lane| Some(&calibrations[lane][0])));
+        estimates.replace(Estimates::unknown().or(|lane| Some(&calibrations[lane][0])));
     }
 }
