@@ -12,7 +12,7 @@ use super::{KEYS, tree};
 use crate::{Error, Result, checks};
 
 /// Sections that are given whole or not at all.
-pub(super) const WHOLE: [&str; 7] = [
+pub(super) const WHOLE_SECTIONS: [&str; 7] = [
     "servovalve.true_flow_table",
     "supply.schedule",
     "structure.power_damper",
@@ -23,7 +23,7 @@ pub(super) const WHOLE: [&str; 7] = [
 ];
 
 /// Further keys that need another key.
-const BESIDE: [(&str, &str); 9] = [
+const FURTHER_NEEDS: [(&str, &str); 9] = [
     ("supply.droop", "supply.accumulator"),
     ("supply.accumulator", "supply.droop"),
     ("supply.pump_flow", "supply.droop"),
@@ -41,8 +41,8 @@ static NEEDS: LazyLock<Vec<(&str, &str)>> = LazyLock::new(|| {
     let resolution = keys().filter(|key| key.ends_with(".bits"));
     let range = |bits: &str| keys().find(|key| key.strip_suffix("range") == bits.strip_suffix("bits"));
     let mut needs: Vec<_> = resolution.filter_map(|bits| Some((bits, range(bits)?))).collect();
-    needs.extend(BESIDE);
-    for section in WHOLE {
+    needs.extend(FURTHER_NEEDS);
+    for section in WHOLE_SECTIONS {
         let inside = |key: &&str| key.strip_prefix(section).is_some_and(|rest| rest.starts_with('.'));
         needs.extend(keys().filter(inside).zip(keys().filter(inside).cycle().skip(1)));
     }
@@ -54,16 +54,16 @@ pub(super) fn accepted(given: &Table) -> Result<Table> {
     let mut accepted = Table::new();
     for (key, value) in tree::leaves(given) {
         match tree::row(&key) {
-            Some(row) => tree::set(&mut accepted, &key, accept(&key, row, value)?)?,
+            Some(row) => tree::set(&mut accepted, &key, check_value(&key, row, value)?)?,
             None if key == CALIBRATION
                 && let Some(each) = value.as_array() =>
             {
                 tree::set(&mut accepted, &key, calibrations(each)?)?;
             }
             None if tree::is_section(&key) => {
-                checks::require(value.is_table(), &key, show(value), "must be a section")?;
+                checks::require(value.is_table(), &key, display(value), "must be a section")?;
             }
-            None => return Err(refused(&key, value)),
+            None => return Err(unknown_key_error(&key, value)),
         }
     }
     Ok(accepted)
@@ -75,15 +75,15 @@ pub(super) fn complete(mut whole: Table) -> Result<Table> {
         if tree::get(&whole, row.key).is_none() {
             match row.need {
                 Need::Default(preset) => tree::set(&mut whole, row.key, preset.value())?,
-                Need::Required => return Err(missing(row)),
+                Need::Required => return Err(missing_key_error(row)),
                 Need::When(key, word) if tree::get(&whole, key).and_then(Value::as_str) == Some(word) => {
-                    return Err(missing(row));
+                    return Err(missing_key_error(row));
                 }
                 Need::Unless(key, word) => {
                     if tree::get(&whole, key).and_then(Value::as_str) != Some(word) {
-                        return Err(missing(row));
+                        return Err(missing_key_error(row));
                     }
-                    if let Some(value) = of_ground_floor(&whole, row.key) {
+                    if let Some(value) = ground_floor_value(&whole, row.key) {
                         tree::set(&mut whole, row.key, value)?;
                     }
                 }
@@ -91,7 +91,7 @@ pub(super) fn complete(mut whole: Table) -> Result<Table> {
             }
         }
     }
-    together(&whole)?;
+    check_needs(&whole)?;
     flow_table(&whole, "servovalve.flow_table")?;
     if tree::get(&whole, "servovalve.true_flow_table").is_some() {
         flow_table(&whole, "servovalve.true_flow_table")?;
@@ -100,12 +100,12 @@ pub(super) fn complete(mut whole: Table) -> Result<Table> {
     stories(&whole)?;
     let floors = list(&whole, "structure.stories.masses").len();
     let is_building = kind(&whole) == "shear_building";
-    one_for_each(&whole, if is_building { floors } else { 1 })?;
+    check_calibration_count(&whole, if is_building { floors } else { 1 })?;
     Ok(whole)
 }
 
 /// The value of a building's ground floor for a key of a single floor, if the stories are given.
-fn of_ground_floor(whole: &Table, key: &str) -> Option<Value> {
+fn ground_floor_value(whole: &Table, key: &str) -> Option<Value> {
     let list = match key {
         "structure.mass" => "structure.stories.masses",
         "structure.damping" => "structure.stories.dampings",
@@ -115,8 +115,8 @@ fn of_ground_floor(whole: &Table, key: &str) -> Option<Value> {
 }
 
 /// A complete tree whose plant has other accepted values, checked in the same way.
-pub(super) fn plant(believed: &Table, truth: &Table) -> Result<Table> {
-    let mut plant = believed.clone();
+pub(super) fn plant(configured: &Table, truth: &Table) -> Result<Table> {
+    let mut plant = configured.clone();
     for (key, value) in tree::leaves(truth) {
         tree::set(&mut plant, &key, value.clone())?;
     }
@@ -126,7 +126,7 @@ pub(super) fn plant(believed: &Table, truth: &Table) -> Result<Table> {
         let allowed = "must be absent: `servovalve.true_flow_table` is the valve's own curve already";
         return Err(Error::value(curve, "a section", allowed).within(tree::TRUTH));
     }
-    same_actuators(believed, &plant).map_err(|error| error.within(tree::TRUTH))?;
+    check_actuator_count(configured, &plant).map_err(|error| error.within(tree::TRUTH))?;
     Ok(plant)
 }
 
@@ -138,31 +138,31 @@ fn kind(rig: &Table) -> &str {
 }
 
 /// The true plant must have as many actuators as there are controllers.
-fn same_actuators(believed: &Table, plant: &Table) -> Result<()> {
+fn check_actuator_count(configured: &Table, plant: &Table) -> Result<()> {
     const MASSES: &str = "structure.stories.masses";
     let is_building = |rig: &Table| kind(rig) == "shear_building";
-    let allowed = format!("must leave the number of actuators: `{KIND}` is \"{}\"", kind(believed));
-    let same = is_building(believed) == is_building(plant);
+    let allowed = format!("must leave the number of actuators: `{KIND}` is \"{}\"", kind(configured));
+    let same = is_building(configured) == is_building(plant);
     checks::require(same, KIND, format!("\"{}\"", kind(plant)), allowed)?;
-    let [stories, true_stories] = [believed, plant].map(|rig| list(rig, MASSES));
-    if is_building(plant) { as_many((MASSES, &true_stories), (MASSES, &stories)) } else { Ok(()) }
+    let [stories, true_stories] = [configured, plant].map(|rig| list(rig, MASSES));
+    if is_building(plant) { check_same_length((MASSES, &true_stories), (MASSES, &stories)) } else { Ok(()) }
 }
 
 /// The error for a name outside the schema.
-fn refused(key: &str, value: &Value) -> Error {
+fn unknown_key_error(key: &str, value: &Value) -> Error {
     match tree::under_truth(key) {
-        Some(believed) if tree::known(believed).is_ok() => {
+        Some(configured) if tree::check_known(configured).is_ok() => {
             let sections = PLANT.map(|section| format!("`{section}`")).join(", ");
             let allowed = format!("must be a key of the plant, in one of the sections {sections}");
-            Error::value(key, show(value), allowed)
+            Error::value(key, display(value), allowed)
         }
         _ => tree::unknown(key),
     }
 }
 
 /// A value of the right type and range; whole numbers become floats where floats are wanted.
-fn accept(key: &str, row: &Key, value: &Value) -> Result<Value> {
-    let refuse = || Error::value(key, show(value), allowed(row, value));
+fn check_value(key: &str, row: &Key, value: &Value) -> Result<Value> {
+    let refuse = || Error::value(key, display(value), allowed(row, value));
     match (row.kind, value) {
         (Kind::Float(low, high), _) => {
             let number = number(value, row.unit).ok_or_else(refuse)?;
@@ -179,7 +179,7 @@ fn accept(key: &str, row: &Key, value: &Value) -> Result<Value> {
             let each = Key { kind: Kind::Float(low, high), ..*row };
             let accepted = items.iter().enumerate().map(|(index, item)| {
                 let inside = number(item, row.unit).filter(|number| (low..=high).contains(number));
-                let refuse = || Error::value(&format!("{key}[{index}]"), show(item), allowed(&each, item));
+                let refuse = || Error::value(&format!("{key}[{index}]"), display(item), allowed(&each, item));
                 inside.map(Value::Float).ok_or_else(refuse)
             });
             accepted.collect::<Result<Vec<_>>>().map(Value::Array)
@@ -189,7 +189,7 @@ fn accept(key: &str, row: &Key, value: &Value) -> Result<Value> {
 }
 
 /// Checks keys that depend on each other.
-fn together(whole: &Table) -> Result<()> {
+fn check_needs(whole: &Table) -> Result<()> {
     for &(given, needed) in NEEDS.iter() {
         if tree::get(whole, given).is_some() && tree::get(whole, needed).is_none() {
             let meaning = tree::row(needed).map(Key::meaning).unwrap_or_default();
@@ -208,7 +208,7 @@ fn flow_table(whole: &Table, section: &str) -> Result<()> {
     let openings_key = &*format!("{section}.openings");
     let flows_key = &*format!("{section}.flows");
     let (openings, flows) = (list(whole, openings_key), list(whole, flows_key));
-    as_many((flows_key, &flows), (openings_key, &openings))?;
+    check_same_length((flows_key, &flows), (openings_key, &openings))?;
     increasing(openings_key, &openings)?;
     increasing(flows_key, &flows)?;
     let Some(zero) = openings.iter().position(|opening| *opening == 0.0) else {
@@ -226,7 +226,7 @@ fn supply_schedule(whole: &Table) -> Result<()> {
     const TIMES: &str = "supply.schedule.times";
     const PRESSURES: &str = "supply.schedule.pressures";
     let (times, pressures) = (list(whole, TIMES), list(whole, PRESSURES));
-    as_many((PRESSURES, &pressures), (TIMES, &times))?;
+    check_same_length((PRESSURES, &pressures), (TIMES, &times))?;
     increasing(TIMES, &times)
 }
 
@@ -236,11 +236,11 @@ fn stories(whole: &Table) -> Result<()> {
     let masses = list(whole, MASSES);
     ["structure.stories.dampings", "structure.stories.stiffnesses"]
         .into_iter()
-        .try_for_each(|key| as_many((key, &list(whole, key)), (MASSES, &masses)))
+        .try_for_each(|key| check_same_length((key, &list(whole, key)), (MASSES, &masses)))
 }
 
 /// Refuses a list with another number of values than a second one.
-fn as_many((key, values): (&str, &[f64]), (other, others): (&str, &[f64])) -> Result<()> {
+fn check_same_length((key, values): (&str, &[f64]), (other, others): (&str, &[f64])) -> Result<()> {
     let allowed = format!("must have as many values as `{other}`, which has {}", others.len());
     checks::require(values.len() == others.len(), key, format!("{} values", values.len()), allowed)
 }
@@ -267,14 +267,14 @@ fn calibrations(each: &[Value]) -> Result<Value> {
             return Err(named(Error::value(CALIBRATION, section, "must be a whole section")));
         }
         let mut alone = accepted(&alone).map_err(named)?;
-        together(&alone).map_err(named)?;
+        check_needs(&alone).map_err(named)?;
         Ok(alone.remove(CALIBRATION).unwrap_or_else(|| section.clone()))
     };
     Ok(Value::Array(each.iter().enumerate().map(one).collect::<Result<_>>()?))
 }
 
 /// Refuses a list with another number of calibrations than the rig has actuators.
-fn one_for_each(whole: &Table, actuators: usize) -> Result<()> {
+fn check_calibration_count(whole: &Table, actuators: usize) -> Result<()> {
     let Some(each) = tree::get(whole, CALIBRATION).and_then(Value::as_array) else { return Ok(()) };
     let allowed = format!("must be one section for all actuators, or a list of one for each of {actuators}");
     checks::require(each.len() == actuators, CALIBRATION, format!("a list of {}", each.len()), allowed)
@@ -300,12 +300,12 @@ fn allowed(row: &Key, value: &Value) -> String {
     }
 }
 
-fn missing(row: &Key) -> Error {
+fn missing_key_error(row: &Key) -> Error {
     Error::MissingKey { key: row.key.to_owned(), meaning: row.meaning() }
 }
 
 /// A value as the user wrote it, shortened if it is long.
-fn show(value: &Value) -> String {
+fn display(value: &Value) -> String {
     let text = match value {
         Value::Float(number) => Short(*number).to_string(),
         Value::Table(_) => "a section".to_owned(),

@@ -116,8 +116,8 @@ impl RigConfig {
     /// Uses the designed force loop in controller and plant, because an analog loop is part of the plant.
     pub(super) fn design_force_loop(&mut self, sample_rate: f64) -> Result<()> {
         let designed = self.designed_force_loop(sample_rate)?;
-        let given = &self.values.controller;
-        self.given.get_or_insert((given.gains(), given.realization));
+        let configured = &self.values.controller;
+        self.configured_loop.get_or_insert((configured.gains(), configured.realization));
         let gains = [designed.proportional_gain, designed.derivative_gain, designed.integral_gain];
         let plant = self.truth.as_mut().map(|truth| &mut truth.plant.values);
         for values in [Some(&mut self.values), plant].into_iter().flatten() {
@@ -132,7 +132,7 @@ impl RigConfig {
     /// # Errors
     /// As [`designed_force_loop`](Self::designed_force_loop).
     pub(crate) fn at_rate(&self, sample_rate: f64) -> Result<Cow<'_, Self>> {
-        if self.given.is_none() || self.controller.sample_rate == sample_rate {
+        if self.configured_loop.is_none() || self.controller.sample_rate == sample_rate {
             return Ok(Cow::Borrowed(self));
         }
         let mut rig = self.clone();
@@ -147,7 +147,7 @@ impl RigConfig {
     /// As [`designed_force_loop`](Self::designed_force_loop).
     pub(crate) fn with_fixed_gains(&self, sample_rate: f64) -> Result<Self> {
         let mut rig = self.at_rate(sample_rate)?.into_owned();
-        if rig.given.take().is_some() {
+        if rig.configured_loop.take().is_some() {
             rig = rig.varied(|values| values.controller.force_loop = ForceLoop::Pd);
         }
         Ok(rig)
@@ -155,13 +155,13 @@ impl RigConfig {
 
     /// Possibly changed values of this rig, in which an unchanged designed loop is replaced by the configured
     /// gains.
-    pub(super) fn as_given(&self, values: &RigValues) -> RigValues {
+    pub(super) fn with_configured_gains(&self, values: &RigValues) -> RigValues {
         let mut values = values.clone();
-        if let Some((given, realization)) = self.given {
+        if let Some((configured, realization)) = self.configured_loop {
             let (controller, designed) = (&mut values.controller, &self.values.controller);
-            let both = designed.gains().into_iter().zip(given);
-            for (own, (designed, given)) in controller.gains_mut().into_iter().zip(both) {
-                *own = if *own == designed { given } else { *own };
+            let both = designed.gains().into_iter().zip(configured);
+            for (own, (designed, configured)) in controller.gains_mut().into_iter().zip(both) {
+                *own = if *own == designed { configured } else { *own };
             }
             if controller.realization == designed.realization {
                 controller.realization = realization;

@@ -59,10 +59,10 @@ pub(super) fn idle_keys(whole: &Table) -> Vec<IdleKey> {
         Some(Value::Float(number)) => *number != 0.0,
         Some(_) => true,
     };
-    let stands = |key| match tree::get(whole, key) {
+    let value_of = |key| match tree::get(whole, key) {
         Some(Value::String(word)) => word.clone(),
         other => other.map(ToString::to_string).unwrap_or_default(),
     };
-    let idles = |idle: &&IdleKey| set(idle.key) && !idle.values.contains(&stands(idle.needs).as_str());
-    NEEDS.iter().filter(idles).copied().collect()
+    let is_idle = |idle: &&IdleKey| set(idle.key) && !idle.values.contains(&value_of(idle.needs).as_str());
+    NEEDS.iter().filter(is_idle).copied().collect()
 }

@@ -5,10 +5,10 @@
 
 mod calibrations;
 mod check;
+mod controller_curve;
 mod force_loop;
 mod idle;
 mod keys;
-mod lap;
 mod quantity;
 mod schema;
 mod section;
@@ -19,10 +19,10 @@ mod velocity;
 mod zhao2005;
 
 pub use calibrations::Calibrations;
+pub use controller_curve::TABLE_CAPACITY;
 pub(crate) use force_loop::AtRest;
 pub use idle::IdleKey;
 pub use keys::KEYS;
-pub use lap::TABLE_CAPACITY;
 pub use quantity::{dimension, quantity, units_of};
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
@@ -52,7 +52,7 @@ use crate::{Error, Result};
 pub struct RigConfig {
     values: RigValues,
     /// The configured gains and realization that a designed force loop replaces.
-    given: Option<([f64; 3], Realization)>,
+    configured_loop: Option<([f64; 3], Realization)>,
     /// The flow curve of the areas and the underlap that the controller knows, where it is not the flow table.
     inverted: Option<FlowCurve>,
     truth: Option<Box<Truth>>,
@@ -165,7 +165,7 @@ impl RigConfig {
         // Names, types and ranges are already checked. This fails only if KEYS and the structs disagree.
         let values = RigValues::read(Some(&toml::Value::Table(complete)))
             .ok_or_else(|| Error::Toml("a field has no key".into()))?;
-        let mut rig = Self { values, given: None, inverted: None, truth };
+        let mut rig = Self { values, configured_loop: None, inverted: None, truth };
         rig.set_controller_curve()?;
         Ok(rig)
     }
@@ -177,7 +177,7 @@ impl RigConfig {
 
     /// A tree of these values and of this rig's `truth`.
     fn tree_of(&self, values: &RigValues) -> toml::Table {
-        let mut tree = match self.as_given(values).write() {
+        let mut tree = match self.with_configured_gains(values).write() {
             Some(toml::Value::Table(tree)) => tree,
             _ => toml::Table::new(),
         };
@@ -238,7 +238,7 @@ impl RigConfig {
     /// # Errors
     /// [`Error::UnknownKey`] for a key that the schema does not know.
     pub fn get(&self, key: &str) -> Result<Option<toml::Value>> {
-        tree::known(key)?;
+        tree::check_known(key)?;
         Ok(tree::get(&self.to_tree(), key).cloned())
     }
 

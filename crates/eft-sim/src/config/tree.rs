@@ -39,7 +39,7 @@ pub(super) fn set(tree: &mut Table, key: &str, value: Value) -> Result<()> {
         section = match next {
             Value::Table(table) => table,
             other => {
-                known(key)?;
+                check_known(key)?;
                 return Err(Error::value(part, other.to_string(), "must be a section"));
             }
         };
@@ -50,7 +50,7 @@ pub(super) fn set(tree: &mut Table, key: &str, value: Value) -> Result<()> {
 
 /// Removes the value or section of a dotted key.
 pub(super) fn remove(tree: &mut Table, key: &str) -> Result<()> {
-    known(key)?;
+    check_known(key)?;
     let mut section = tree;
     let (path, leaf) = key.rsplit_once('.').unwrap_or(("", key));
     for part in path.split('.').filter(|part| !part.is_empty()) {
@@ -110,7 +110,7 @@ pub(super) fn is_section(key: &str) -> bool {
 }
 
 /// Refuses a key outside the schema.
-pub(super) fn known(key: &str) -> Result<()> {
+pub(super) fn check_known(key: &str) -> Result<()> {
     if is_leaf(key) || is_section(key) { Ok(()) } else { Err(unknown(key)) }
 }
 

@@ -84,9 +84,9 @@ pub(super) fn corners(plant: &HeldPiston, deviations: &Deviations) -> Vec<Sample
     let mut corners = Vec::new();
     for plant in plant.slopes() {
         for oil_stiffness in deviations.oil_stiffness {
-            let off =
+            let deviating =
                 deviations.pilot_time_constant.map(|time| plant.deviating(oil_stiffness, time).sampled());
-            corners.extend(off);
+            corners.extend(deviating);
         }
     }
     corners
@@ -100,23 +100,25 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     // The spool's response delay at low frequencies (s).
     let scale = plant.spool_volume / (plant.pilot_flow_gain * plant.spool_voltage);
     // A longer integral time comes before a higher peak.
-    let (mut others, mut most) = (Vec::new(), None);
+    let (mut others, mut largest_static_gain) = (Vec::new(), None);
     for integral_time in INTEGRAL_TIMES {
-        let mut tried = damped_gains(&nominal, &corners, scale, integral_time * scale).map_err(no_poles)?;
-        tried.sort_by(|(peak, _), (other, _)| peak.total_cmp(other));
-        let mut tried = tried.into_iter().map(|(_, gains)| gains);
-        let best = tried.next().map(|gains| useful(gains, &nominal, plant, &mut most));
+        let mut candidates =
+            damped_gains(&nominal, &corners, scale, integral_time * scale).map_err(no_poles)?;
+        candidates.sort_by(|(peak, _), (other, _)| peak.total_cmp(other));
+        let mut candidates = candidates.into_iter().map(|(_, gains)| gains);
+        let best =
+            candidates.next().map(|gains| accept_gains(gains, &nominal, plant, &mut largest_static_gain));
         if let Some(designed) = best.transpose()?.flatten() {
             return Ok(designed);
         }
-        others.extend(tried);
+        others.extend(candidates);
     }
     for gains in others {
-        if let Some(designed) = useful(gains, &nominal, plant, &mut most)? {
+        if let Some(designed) = accept_gains(gains, &nominal, plant, &mut largest_static_gain)? {
             return Ok(designed);
         }
     }
-    Err(refusal(most))
+    Err(refusal(largest_static_gain))
 }
 
 /// The largest gains for each `T_D` that keep every corner damped with an integral time (s), each with the peak of the
@@ -127,24 +129,24 @@ fn damped_gains(
     scale: f64,
     integral_time: f64,
 ) -> Result<Vec<(f64, Gains)>> {
-    let mut tried = Vec::new();
+    let mut candidates = Vec::new();
     for step in 0..TIME_STEPS {
         let time = 0.1 * scale * libm::pow(30.0, step as f64 / (TIME_STEPS - 1) as f64);
-        if let Some(gains) = largest(corners, time, integral_time)? {
+        if let Some(gains) = largest_damped_gains(corners, time, integral_time)? {
             let peaks = nominal.iter().map(|plant| plant.peak_sensitivity(gains));
-            tried.push((peaks.fold(0.0, f64::max), gains));
+            candidates.push((peaks.fold(0.0, f64::max), gains));
         }
     }
-    Ok(tried)
+    Ok(candidates)
 }
 
-/// The loop with these gains if the rig itself has its margins and the loop its static gain. `most` becomes the largest
+/// The loop with these gains if the rig itself has its margins and the loop its static gain. `largest_static_gain` becomes the largest
 /// static gain of a loop with the margins.
-fn useful(
+fn accept_gains(
     gains: Gains,
     nominal: &[Sampled],
     plant: &HeldPiston,
-    most: &mut Option<f64>,
+    largest_static_gain: &mut Option<f64>,
 ) -> Result<Option<ForceLoop>> {
     let has_margins = || -> Result<bool> {
         for plant in nominal {
@@ -160,16 +162,19 @@ fn useful(
         return Ok(None);
     }
     let static_gain = gains.proportional * plant.static_gain();
-    *most = Some(most.map_or(static_gain, |most: f64| most.max(static_gain)));
+    *largest_static_gain =
+        Some(largest_static_gain.map_or(static_gain, |largest: f64| largest.max(static_gain)));
     Ok((static_gain >= LEAST_STATIC_GAIN).then(|| ForceLoop::new(gains, nominal)))
 }
 
 /// The refusal of a rig, by the largest static gain (1) of a loop with the margins.
-fn refusal(most: Option<f64>) -> Error {
-    let missing = most.map_or_else(
+fn refusal(largest_static_gain: Option<f64>) -> Error {
+    let missing = largest_static_gain.map_or_else(
         || "none leave the rig itself its damping and gain margin".to_owned(),
-        |most| {
-            format!("those that do leave a static loop gain of {most:.1}, and {LEAST_STATIC_GAIN} is needed")
+        |largest| {
+            format!(
+                "those that do leave a static loop gain of {largest:.1}, and {LEAST_STATIC_GAIN} is needed"
+            )
         },
     );
     let allowed = format!(
@@ -197,21 +202,21 @@ pub(super) fn no_poles(_: Error) -> Error {
 }
 
 /// The largest proportional gain with `T_D` and an integral time (s) that keeps every corner damped.
-fn largest(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<Gains>> {
-    let with = |proportional: f64| Gains {
+fn largest_damped_gains(corners: &[Sampled], time: f64, integral_time: f64) -> Result<Option<Gains>> {
+    let gains_of = |proportional: f64| Gains {
         proportional,
         derivative: proportional * time,
         integral: proportional / integral_time,
     };
     let (mut low, high) = GAINS;
     // With little leakage the integral part causes a slow oscillation at the smallest gains.
-    while !damped(corners, with(low), LEAST_DAMPING)? {
+    while !damped(corners, gains_of(low), LEAST_DAMPING)? {
         low *= 10.0;
         if low > high {
             return Ok(None);
         }
     }
-    let gains = |step: u32| with(low * libm::pow(high / low, f64::from(step) / f64::from(GAIN_STEPS)));
+    let gains = |step: u32| gains_of(low * libm::pow(high / low, f64::from(step) / f64::from(GAIN_STEPS)));
     // Between small gains with a slow oscillation and too large ones there may be two ranges of damped gains, of which
     // bisection chooses one.
     let (mut first, mut end) = (0, GAIN_STEPS);

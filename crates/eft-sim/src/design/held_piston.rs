@@ -219,8 +219,8 @@ impl Sampled {
         }
         let mut c = DMatrix::zeros(1, size);
         c.view_mut((0, 0), (1, n)).copy_from(&self.c);
-        let held = (1..=delay).map(|age| format!("valve_command_{age}"));
-        let states = self.names.iter().map(|name| (*name).to_owned()).chain(held);
+        let delayed_commands = (1..=delay).map(|age| format!("valve_command_{age}"));
+        let states = self.names.iter().map(|name| (*name).to_owned()).chain(delayed_commands);
         StateSpace {
             a,
             b,

@@ -30,32 +30,33 @@ pub struct DampingEstimate {
 /// A signal that is too short, constant, not one decaying oscillation, or shorter than three cycles.
 pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<DampingEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
-    let there: Vec<usize> = (0..displacement.len()).filter(|i| displacement[*i].is_finite()).collect();
+    let finite: Vec<usize> = (0..displacement.len()).filter(|i| displacement[*i].is_finite()).collect();
     let allowed = "must have at least 20";
-    checks::require(there.len() >= 20, "displacement", format!("{} samples", there.len()), allowed)?;
-    let rest = detrend(displacement, |i| f64::from(displacement[i].is_finite()));
-    let energy: f64 = rest.iter().map(|v| v * v).sum();
+    checks::require(finite.len() >= 20, "displacement", format!("{} samples", finite.len()), allowed)?;
+    let residual = detrend(displacement, |i| f64::from(displacement[i].is_finite()));
+    let energy: f64 = residual.iter().map(|v| v * v).sum();
     checks::require(energy.is_normal(), "displacement", "constant", "must vibrate")?;
-    let cycles = cycles(&rest);
+    let cycles = cycles(&residual);
     let allowed = format!("must have at least {LEAST_CYCLES}");
     checks::require(cycles >= LEAST_CYCLES, "displacement", format!("{cycles} cycles"), allowed)?;
     let duration = displacement.len() as f64 / sample_rate;
     let omega = TAU * cycles as f64 / duration;
-    let half = rest.len() / 2;
+    let half = residual.len() / 2;
     let rms = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let decay =
-        ((rms(&rest[..half]) / rms(&rest[half..]).max(1e-300)).ln() / (0.5 * duration)).clamp(0.0, omega);
+    let decay = ((rms(&residual[..half]) / rms(&residual[half..]).max(1e-300)).ln() / (0.5 * duration))
+        .clamp(0.0, omega);
     // The fit may miss the frequency from a start with strong damping, and the decay from one with weak
     // damping. Several starts are cheap.
     let starts = [decay, 0.3 * decay, 0.02 * omega, 0.1 * omega];
-    let fits = starts.into_iter().filter_map(|start| refine(displacement, &there, sample_rate, start, omega));
+    let fits =
+        starts.into_iter().filter_map(|start| refine(displacement, &finite, sample_rate, start, omega));
     let best = fits.min_by(|fit, other| fit.0.total_cmp(&other.0));
     let refused = |found: String| Error::value("displacement", found, "must be one decaying oscillation");
     let (cost, p, inverse) = best.ok_or_else(|| refused("no fit".into()))?;
     if cost > 0.25 * energy {
         return Err(refused(format!("{:.0} % of it is something else", 100.0 * cost / energy)));
     }
-    let variance = cost / (there.len() - 6) as f64;
+    let variance = cost / (finite.len() - 6) as f64;
     let (sigma, damped) = (p[4], p[5]);
     let natural = sigma.hypot(damped);
     if sigma <= 0.0 {
@@ -84,29 +85,29 @@ fn cycles(signal: &[f64]) -> usize {
 type Fitted = (f64, SVector<f64, 6>, SMatrix<f64, 6, 6>);
 
 /// Levenberg–Marquardt on (a, b, offset, drift, σ, ω_d): cost, parameters, inverse normal matrix.
-fn refine(signal: &[f64], there: &[usize], sample_rate: f64, sigma: f64, omega: f64) -> Option<Fitted> {
+fn refine(signal: &[f64], finite: &[usize], sample_rate: f64, sigma: f64, omega: f64) -> Option<Fitted> {
     let mut p = SVector::<f64, 6>::from_column_slice(&[0.0, 0.0, 0.0, 0.0, sigma, omega]);
     let system = |p: &SVector<f64, 6>| {
         let (mut normal, mut right, mut cost) =
             (SMatrix::<f64, 6, 6>::zeros(), SVector::<f64, 6>::zeros(), 0.0);
-        for &i in there {
+        for &i in finite {
             let t = i as f64 / sample_rate;
             let decay = (-p[4] * t).exp();
             let (sin, cos) = (p[5] * t).sin_cos();
             let wave = decay * (p[0] * cos + p[1] * sin);
-            let rest = signal[i] - wave - p[2] - p[3] * t;
-            let turned = decay * (p[1] * cos - p[0] * sin);
+            let residual = signal[i] - wave - p[2] - p[3] * t;
+            let quadrature = decay * (p[1] * cos - p[0] * sin);
             let row = SVector::<f64, 6>::from_column_slice(&[
                 decay * cos,
                 decay * sin,
                 1.0,
                 t,
                 -t * wave,
-                t * turned,
+                t * quadrature,
             ]);
             normal += row * row.transpose();
-            right += row * rest;
-            cost += rest * rest;
+            right += row * residual;
+            cost += residual * residual;
         }
         (normal, right, cost)
     };

@@ -18,7 +18,7 @@ use crate::fourier::{Complex64, signal_of, spectrum};
 use crate::{Error, Result, checks};
 
 /// Bins with less than this share of the motion's largest power in the band are not used.
-const MOVED: f64 = 1e-3;
+const LEAST_POWER: f64 = 1e-3;
 /// Least number of bins that distinguishes level from delay.
 const LEAST_BINS: usize = 8;
 /// Least spool opening (1) of a motion.
@@ -29,13 +29,13 @@ const LINEAR_OPENING: f64 = 0.15;
 /// follow.
 const LARGEST_FACTOR: f64 = 5.0;
 /// Range of the velocity over that of the specimen under the force. Beyond it one of them has another unit.
-const MOTIONS: (f64, f64) = (0.1, 10.0);
+const VELOCITY_RATIO: (f64, f64) = (0.1, 10.0);
 /// Frequencies about the natural one at which the motion depends on damping and amplitude, relative to it.
 const RESONANCE: (f64, f64) = (0.5, 2.0);
 /// Smallest radicand of the load-pressure correction, as in the controller.
 const FLOOR: f64 = 0.05;
 /// Range for peak and valley, relative to the natural frequency.
-const ABOUT: (f64, f64) = (0.75, 1.3);
+const PEAK_RANGE: (f64, f64) = (0.75, 1.3);
 
 /// Level and delay from a test.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,28 +93,29 @@ pub fn fine_tune(
     }
     checks::band(band, sample_rate)?;
     // What the rig is believed to be; its truth is unknown in a laboratory.
-    let believed = rig.without(&["truth"])?;
-    let rig = &*believed.at_rate(sample_rate)?;
+    let configured = rig.without(&["truth"])?;
+    let rig = &*configured.at_rate(sample_rate)?;
     let (low, high) = band;
-    plausible(signals)?;
+    check_plausible(signals)?;
     check_motion(rig, signals, sample_rate, band)?;
     let spectra = Spectra::new(rig, signals, sample_rate, 4.0 * high)?;
     let width = sample_rate / command.len() as f64;
     let first = ((low / width).ceil() as usize).max(1);
-    let last = ((high / width).floor() as usize).min(spectra.needed.len() - 1);
-    let most = (first..=last).map(|k| spectra.needed[k].norm_sqr()).fold(0.0, f64::max);
-    let opened = spectra.largest_opening;
-    let found = format!("an opening of {opened:.1e} at most");
+    let last = ((high / width).floor() as usize).min(spectra.required.len() - 1);
+    let most = (first..=last).map(|k| spectra.required[k].norm_sqr()).fold(0.0, f64::max);
+    let largest = spectra.largest_opening;
+    let found = format!("an opening of {largest:.1e} at most");
     let allowed = format!("must call for at least {LEAST_OPENING}");
-    checks::require(opened >= LEAST_OPENING, "velocity", found, allowed)?;
-    if rig.compensation.mode == Mode::Linear && opened > LINEAR_OPENING {
-        let found = format!("an opening of {opened:.2}");
+    checks::require(largest >= LEAST_OPENING, "velocity", found, allowed)?;
+    if rig.compensation.mode == Mode::Linear && largest > LINEAR_OPENING {
+        let found = format!("an opening of {largest:.2}");
         let allowed = format!(
             "must stay within {LINEAR_OPENING}, where the compensation is linear: use a smaller force"
         );
         return Err(Error::value("velocity", found, allowed));
     }
-    let bins: Vec<usize> = (first..=last).filter(|k| spectra.needed[*k].norm_sqr() > MOVED * most).collect();
+    let bins: Vec<usize> =
+        (first..=last).filter(|k| spectra.required[*k].norm_sqr() > LEAST_POWER * most).collect();
     let found = format!("{} frequencies within {low} to {high} Hz", bins.len());
     let allowed = format!("must move at {LEAST_BINS} at least: use a longer test");
     checks::require(bins.len() >= LEAST_BINS, "velocity", found, allowed)?;
@@ -124,10 +125,10 @@ pub fn fine_tune(
     checks::require(fit.gain > 0.2 && fit.gain < 5.0, "velocity", found, allowed)?;
     let level = rig.compensation.level / fit.gain;
     let delay = rig.compensation.response_delay + fit.delay;
-    let [natural_frequency, force_ratio, peak, valley] = spectra.look(&bins, width);
+    let [natural_frequency, force_ratio, peak, valley] = spectra.extremes(&bins, width);
     Ok(FineTuning {
-        level: Estimate::new(level, level * fit.gain_spread / fit.gain),
-        response_delay: Estimate::new(delay.max(0.0), fit.delay_spread),
+        level: Estimate::new(level, level * fit.gain_deviation / fit.gain),
+        response_delay: Estimate::new(delay.max(0.0), fit.delay_deviation),
         natural_frequency,
         force_ratio,
         peak,
@@ -136,7 +137,7 @@ pub fn fine_tune(
 }
 
 /// Checks signs and units: the structure must absorb power, and the force must be of the size of its command.
-fn plausible(signals: TestSignals<'_>) -> Result<()> {
+fn check_plausible(signals: TestSignals<'_>) -> Result<()> {
     let TestSignals { command, force, velocity } = signals;
     let power: f64 = force.iter().zip(velocity).map(|(f, v)| f * v).sum();
     if power <= 0.0 && velocity.iter().any(|v| *v != 0.0) {
@@ -145,9 +146,9 @@ fn plausible(signals: TestSignals<'_>) -> Result<()> {
     }
     let square = |signal: &[f64]| signal.iter().map(|x| x * x).sum::<f64>();
     let factor = (square(force) / square(command)).sqrt();
-    let sound = (1.0 / LARGEST_FACTOR..LARGEST_FACTOR).contains(&factor);
+    let is_plausible = (1.0 / LARGEST_FACTOR..LARGEST_FACTOR).contains(&factor);
     let found = format!("{factor:.2e} times the command");
-    checks::require(sound, "force", found, "must be about the command: check the units of both")
+    checks::require(is_plausible, "force", found, "must be about the command: check the units of both")
 }
 
 /// Refuses a velocity that is not of the size of the specimen's under the force, away from its resonance.
@@ -175,18 +176,18 @@ fn check_motion(rig: &RigConfig, signals: TestSignals<'_>, sample_rate: f64, ban
     }
     let factor = product / square;
     // No number in a band that is all resonance.
-    let sound = factor.is_nan() || (MOTIONS.0..MOTIONS.1).contains(&factor);
+    let is_plausible = factor.is_nan() || (VELOCITY_RATIO.0..VELOCITY_RATIO.1).contains(&factor);
     let allowed = "must be that of this specimen: check units and signs of force and velocity, and the mass";
     let found = format!("{factor:.2e} times as large as the force makes it");
-    checks::require(sound, "velocity", found, allowed)
+    checks::require(is_plausible, "velocity", found, allowed)
 }
 
-/// The regression `opened = (p + jωq)·needed`.
+/// The regression `produced = (p + jωq)·required`.
 struct Fit {
     gain: f64,
-    gain_spread: f64,
+    gain_deviation: f64,
     delay: f64,
-    delay_spread: f64,
+    delay_deviation: f64,
 }
 
 impl Fit {
@@ -195,8 +196,8 @@ impl Fit {
         // Real and imaginary part of opened/needed, weighted by |needed|²: two ordinary regressions.
         let (mut square, mut by_omega, mut real, mut imaginary) = (0.0, 0.0, 0.0, 0.0);
         for &k in bins {
-            let cross = spectra.opened[k] * spectra.needed[k].conj();
-            let weight = spectra.needed[k].norm_sqr();
+            let cross = spectra.produced[k] * spectra.required[k].conj();
+            let weight = spectra.required[k].norm_sqr();
             square += weight;
             by_omega += weight * omega(k) * omega(k);
             real += cross.re;
@@ -205,24 +206,24 @@ impl Fit {
         let (gain, slope) = (real / square, imaginary / by_omega);
         let mut rest = 0.0;
         for &k in bins {
-            let model = spectra.needed[k] * Complex64::new(gain, omega(k) * slope);
-            rest += (spectra.opened[k] - model).norm_sqr();
+            let model = spectra.required[k] * Complex64::new(gain, omega(k) * slope);
+            rest += (spectra.produced[k] - model).norm_sqr();
         }
         let variance = rest / (2 * bins.len() - 2) as f64;
         Self {
             gain,
-            gain_spread: (variance / square).sqrt(),
+            gain_deviation: (variance / square).sqrt(),
             delay: -slope / gain,
-            delay_spread: (variance / by_omega).sqrt() / gain,
+            delay_deviation: (variance / by_omega).sqrt() / gain,
         }
     }
 }
 
 struct Spectra {
     /// Opening that the compensation of the motion needs.
-    needed: Vec<Complex64>,
+    required: Vec<Complex64>,
     /// Opening that the compensation produced.
-    opened: Vec<Complex64>,
+    produced: Vec<Complex64>,
     command: Vec<Complex64>,
     force: Vec<Complex64>,
     largest_opening: f64,
@@ -232,12 +233,12 @@ impl Spectra {
     fn new(rig: &RigConfig, signals: TestSignals<'_>, sample_rate: f64, cutoff: f64) -> Result<Self> {
         let n = signals.command.len();
         let width = sample_rate / n as f64;
-        let smooth = |k: usize| {
+        let fade_out = |k: usize| {
             // Frequencies above the band contain noise and are faded out by a raised cosine over an octave.
             let f = k as f64 * width;
             if f <= cutoff { 1.0 } else { 0.5 + 0.5 * (TAU * 0.5 * (f / cutoff - 1.0).min(1.0)).cos() }
         };
-        let back = |mut spectrum: Vec<Complex64>| -> Result<Vec<f64>> {
+        let to_time = |mut spectrum: Vec<Complex64>| -> Result<Vec<f64>> {
             // The ends of a real signal's spectrum are real.
             spectrum[0].im = 0.0;
             if let (Some(last), 0) = (spectrum.last_mut(), n % 2) {
@@ -248,7 +249,7 @@ impl Spectra {
             Ok(output)
         };
         let scaled = |spectrum: &[Complex64], factor: &dyn Fn(usize) -> Complex64| -> Vec<Complex64> {
-            spectrum.iter().enumerate().map(|(k, value)| value * factor(k) * smooth(k)).collect()
+            spectrum.iter().enumerate().map(|(k, value)| value * factor(k) * fade_out(k)).collect()
         };
         let one = |_: usize| Complex64::new(1.0, 0.0);
         let rate = |k: usize| Complex64::new(0.0, TAU * width * k as f64);
@@ -257,58 +258,61 @@ impl Spectra {
         let command = spectrum(&steady(signals.command))?;
         let force = spectrum(&steady(signals.force))?;
         let velocity = spectrum(&steady(signals.velocity))?;
-        let (smooth_force, smooth_velocity) = (back(scaled(&force, &one))?, back(scaled(&velocity, &one))?);
-        let force_rate = back(scaled(&force, &rate))?;
-        let (smooth_command, command_rate) = (back(scaled(&command, &one))?, back(scaled(&command, &rate))?);
+        let (smooth_force, smooth_velocity) =
+            (to_time(scaled(&force, &one))?, to_time(scaled(&velocity, &one))?);
+        let force_rate = to_time(scaled(&force, &rate))?;
+        let (smooth_command, command_rate) =
+            (to_time(scaled(&command, &one))?, to_time(scaled(&command, &rate))?);
 
         let curve = rig.controller_curve();
         let table = FlowTable::<f64, TABLE_CAPACITY>::new(&curve.openings, &curve.flows)?;
         let actuator = &rig.actuator;
         let (area, stall) = (actuator.piston_area, actuator.piston_area * rig.supply.pressure);
-        let further =
+        let further_flow =
             |force: f64, rate: f64| (actuator.leakage * force + actuator.compressibility * rate) / area;
         let opening = |flow: f64, force: f64| {
             let radicand = 1.0 - flow.signum() * force / stall;
-            rig.over_lap(table.opening(flow / radicand.max(FLOOR).sqrt()))
+            rig.add_overlap(table.opening(flow / radicand.max(FLOOR).sqrt()))
         };
         let feedforward = f64::from(u8::from(rig.compensation.feedforward));
-        let (mut needed, mut total) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let (mut required, mut total) = (Vec::with_capacity(n), Vec::with_capacity(n));
         for i in 0..n {
             let (force, motion) = (smooth_force[i], area * smooth_velocity[i]);
-            let wanted = further(smooth_command[i], command_rate[i]);
-            needed.push(opening(motion + feedforward * wanted, force));
-            total.push(opening(motion + further(force, force_rate[i]), force));
+            let commanded_flow = further_flow(smooth_command[i], command_rate[i]);
+            required.push(opening(motion + feedforward * commanded_flow, force));
+            total.push(opening(motion + further_flow(force, force_rate[i]), force));
         }
-        let largest_opening = needed.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let (needed, total) = (spectrum(&needed)?, spectrum(&total)?);
+        let largest_opening = required.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let (required, total) = (spectrum(&required)?, spectrum(&total)?);
         let controller = &rig.controller;
         let hold = if controller.realization == Realization::Digital { 0.5 / sample_rate } else { 0.0 };
-        let by_error = |k: usize| {
-            let late = Complex64::from_polar(1.0, -(rate(k).im * hold));
+        let force_loop_response = |k: usize| {
+            let hold_delay = Complex64::from_polar(1.0, -(rate(k).im * hold));
             let mut law =
                 Complex64::new(controller.proportional_gain, 0.0) + rate(k) * controller.derivative_gain;
             if controller.integrates() && k > 0 {
                 // The sum of the earlier samples, which is half a sample late as well.
-                law += late * controller.integral_gain / rate(k);
+                law += hold_delay * controller.integral_gain / rate(k);
             }
-            law * controller.force_sensitivity * valve_response(rig, k as f64 * width) * late
+            law * controller.force_sensitivity * valve_response(rig, k as f64 * width) * hold_delay
         };
-        let opened = (0..total.len()).map(|k| total[k] - by_error(k) * (command[k] - force[k])).collect();
-        Ok(Self { needed, opened, command, force, largest_opening })
+        let produced =
+            (0..total.len()).map(|k| total[k] - force_loop_response(k) * (command[k] - force[k])).collect();
+        Ok(Self { required, produced, command, force, largest_opening })
     }
 
     /// The extremes as in Fig. 11.
-    fn look(&self, bins: &[usize], width: f64) -> [f64; 4] {
+    fn extremes(&self, bins: &[usize], width: f64) -> [f64; 4] {
         let ratio = |k: usize| self.force[k].norm() / self.command[k].norm().max(f64::MIN_POSITIVE);
         let strongest =
-            |a: &usize, b: &usize| self.needed[*a].norm_sqr().total_cmp(&self.needed[*b].norm_sqr());
+            |a: &usize, b: &usize| self.required[*a].norm_sqr().total_cmp(&self.required[*b].norm_sqr());
         let natural = bins.iter().copied().max_by(strongest).unwrap_or(1);
         let end = self.command.len() - 1;
         let edge = |factor: f64| ((natural as f64 * factor).round() as usize).clamp(1, end);
-        let about = || edge(ABOUT.0)..=edge(ABOUT.1);
+        let near_natural = || edge(PEAK_RANGE.0)..=edge(PEAK_RANGE.1);
         let by_ratio = |a: &usize, b: &usize| ratio(*a).total_cmp(&ratio(*b));
         let frequency = |bin: Option<usize>| bin.unwrap_or(natural) as f64 * width;
-        let (peak, valley) = (about().max_by(by_ratio), about().min_by(by_ratio));
+        let (peak, valley) = (near_natural().max_by(by_ratio), near_natural().min_by(by_ratio));
         [frequency(None), ratio(natural), frequency(peak), frequency(valley)]
     }
 }

@@ -82,7 +82,7 @@ pub(super) fn check_opening(opening: f64) -> Result<()> {
 pub(super) type Stretch = (Vec<f64>, Vec<f64>);
 
 /// The stretches of all recordings, with short gaps bridged, if their openings are accepted.
-pub(super) fn parts(
+pub(super) fn finite_stretches(
     recordings: &[Recording<'_>],
     accept: impl Fn(f64) -> Result<()>,
 ) -> Result<Vec<Stretch>> {
@@ -91,8 +91,8 @@ pub(super) fn parts(
     for Recording { spool, displacement } in recordings {
         check([("spool", spool), ("displacement", displacement)], LEAST_STRETCH)?;
         let (spool, displacement) = (bridged(spool, BRIDGED), bridged(displacement, BRIDGED));
-        let there = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
-        for part in stretches(spool.len(), LEAST_STRETCH, there) {
+        let has_sample = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
+        for part in stretches(spool.len(), LEAST_STRETCH, has_sample) {
             spool[part.clone()].iter().try_for_each(|opening| accept(*opening))?;
             parts.push((spool[part.clone()].to_vec(), displacement[part].to_vec()));
         }
@@ -127,7 +127,7 @@ pub(super) fn check_rise(openings: &[f64], flows: &[f64]) -> Result<()> {
 }
 
 /// Refuses a flow (m³/s) that is more uncertain than it is large.
-fn check_known(name: &str, found: Estimate) -> Result<()> {
+fn check_certain(name: &str, found: Estimate) -> Result<()> {
     let Estimate { value, uncertainty } = found;
     let allowed = "must exceed its uncertainty: add tests with smaller strokes";
     checks::require(uncertainty < value, name, format!("{value:.3e} ± {uncertainty:.1e} m³/s"), allowed)
@@ -154,27 +154,28 @@ pub fn identify_flow_gain(
 
 /// Share by which the flow at the end of a recording exceeds that in its middle, from the fitted displacement times the
 /// area and its residuals (m³): least squares on `∫Q·t dt`, `∫Q dt`, 1, `t` and `t²`. Zero within three deviations.
-fn change(fitted: &[f64], rests: &[f64]) -> f64 {
-    let count = rests.len();
+fn flow_change(fitted: &[f64], residuals: &[f64]) -> f64 {
+    let count = residuals.len();
     let time = |i: usize| 2.0 * i as f64 / (count - 1) as f64 - 1.0;
-    let mut changed = 0.0;
+    let mut moment = 0.0;
     let rows: Vec<_> = (0..count)
         .map(|i| {
             let before = i.saturating_sub(1);
-            changed += 0.5 * (time(i) + time(before)) * (fitted[i] - fitted[before]);
-            SVector::<f64, 5>::from([changed, fitted[i], 1.0, time(i), time(i).powi(2)])
+            moment += 0.5 * (time(i) + time(before)) * (fitted[i] - fitted[before]);
+            SVector::<f64, 5>::from([moment, fitted[i], 1.0, time(i), time(i).powi(2)])
         })
         .collect();
     let normal: SMatrix<f64, 5, 5> = rows.iter().map(|row| row * row.transpose()).sum();
-    let right: SVector<f64, 5> = rows.iter().zip(rests).map(|(row, rest)| row * *rest).sum();
+    let right: SVector<f64, 5> = rows.iter().zip(residuals).map(|(row, residual)| row * *residual).sum();
     // The flows (m³) are small compared with the other columns.
     let scale = normal.diagonal().map(|d| d.sqrt().recip());
     let scaled = SMatrix::<f64, 5, 5>::from_fn(|i, j| normal[(i, j)] * scale[i] * scale[j]);
     let Some(inverse) = scaled.try_inverse() else { return 0.0 };
     let found = (inverse * right.component_mul(&scale)).component_mul(&scale);
-    let left: Vec<f64> = rows.iter().zip(rests).map(|(row, rest)| rest - row.dot(&found)).collect();
-    let square: f64 = left.iter().map(|v| v * v).sum();
-    let product: f64 = left.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let remaining: Vec<f64> =
+        rows.iter().zip(residuals).map(|(row, residual)| residual - row.dot(&found)).collect();
+    let square: f64 = remaining.iter().map(|v| v * v).sum();
+    let product: f64 = remaining.windows(2).map(|pair| pair[0] * pair[1]).sum();
     let deviation = (inverse[(0, 0)] * inflation(square, product) * square / count as f64).sqrt() * scale[0];
     // NaN, of a spool at rest, is no change.
     if found[0].abs() > 3.0 * deviation { found[0] } else { 0.0 }
@@ -187,7 +188,7 @@ fn inflation(square: f64, product: f64) -> f64 {
 }
 
 /// Flows (m³) less those of a solution.
-fn rests((rows, flows): &Part, solution: &DVector<f64>) -> Vec<f64> {
+fn residuals((rows, flows): &Part, solution: &DVector<f64>) -> Vec<f64> {
     rows.iter().zip(flows).map(|(row, flow)| flow - row.dot(solution)).collect()
 }
 
@@ -197,7 +198,7 @@ struct Fit {
     slopes: DVector<f64>,
     covariance: DMatrix<f64>,
     /// Share by which the flow leaves its mean in the recordings, as when the supply pressure falls (1).
-    change: f64,
+    flow_change: f64,
     /// Samples within each cell.
     inside: Vec<usize>,
     /// Samples at or beyond each knot, outwards.
@@ -208,7 +209,7 @@ impl Fit {
     fn new(recordings: &[Recording<'_>], sample_rate: f64, piston_area: f64, knots: &[f64]) -> Result<Self> {
         checks::sample_rate("sample_rate", sample_rate)?;
         checks::positive("piston_area", piston_area, "m²")?;
-        let parts = parts(recordings, check_opening)?;
+        let parts = finite_stretches(recordings, check_opening)?;
         let cells = knots.len() - 1;
         let mut inside = vec![0; cells];
         let mut beyond = vec![0; knots.len()];
@@ -223,7 +224,7 @@ impl Fit {
             knots: knots.to_vec(),
             slopes: DVector::zeros(cells),
             covariance: DMatrix::zeros(cells, cells),
-            change: 0.0,
+            flow_change: 0.0,
             inside,
             beyond,
         };
@@ -281,29 +282,29 @@ impl Fit {
             }
             let factor = normal.cholesky().filter(|_| n >= 2).ok_or_else(refused)?;
             let solution = factor.solve(&right);
-            memory = memory_of(parts.iter().map(|part| rests(part, &solution)))?;
+            memory = memory_of(parts.iter().map(|part| residuals(part, &solution)))?;
             Ok::<_, Error>((white, factor, solution))
         };
         for _ in 1..ROUNDS {
             fit()?;
         }
         let (white, factor, solution) = fit()?;
-        let left: Vec<Vec<f64>> = white.iter().map(|part| rests(part, &solution)).collect();
-        let variance: f64 = left.iter().flatten().map(|rest| rest * rest).sum();
-        let samples = left.iter().map(Vec::len).sum::<usize>();
-        let changed = |part: &Part| {
+        let remaining: Vec<Vec<f64>> = white.iter().map(|part| residuals(part, &solution)).collect();
+        let variance: f64 = remaining.iter().flatten().map(|residual| residual * residual).sum();
+        let samples = remaining.iter().map(Vec::len).sum::<usize>();
+        let change_of = |part: &Part| {
             let fitted: Vec<f64> = part.0.iter().map(|row| row.dot(&solution)).collect();
-            change(&fitted, &rests(part, &solution))
+            flow_change(&fitted, &residuals(part, &solution))
         };
-        let changes: Vec<f64> = parts.iter().map(changed).collect();
-        self.change = (changes.iter().map(|one| one * one).sum::<f64>() / changes.len() as f64).sqrt();
-        if let Some(change) = changes.iter().find(|one| one.abs() > LARGEST_CHANGE) {
-            let found = format!("{:+.0} % from the first to the last sample", 200.0 * change);
+        let changes: Vec<f64> = parts.iter().map(change_of).collect();
+        self.flow_change = (changes.iter().map(|one| one * one).sum::<f64>() / changes.len() as f64).sqrt();
+        if let Some(flow_change) = changes.iter().find(|one| one.abs() > LARGEST_CHANGE) {
+            let found = format!("{:+.0} % from the first to the last sample", 200.0 * flow_change);
             let allowed = "must change by at most 10 % in a recording: keep the supply pressure";
             return Err(Error::value("flow", found, allowed));
         }
         let free = samples.saturating_sub(n + 2 * stretches.len()).max(1);
-        let covariance = factor.inverse() * (variance / free as f64 * clustering(&left));
+        let covariance = factor.inverse() * (variance / free as f64 * clustering(&remaining));
         for (i, &cell) in used.iter().enumerate() {
             self.slopes[cell] = solution[i];
             for (j, &other) in used.iter().enumerate() {
@@ -318,9 +319,9 @@ impl Fit {
         let found = self.inside[cell] >= LEAST_SAMPLES && value > 0.0;
         let allowed = "must pass the origin for a flow gain";
         checks::require(found, "spool", "hardly moves about null", allowed)?;
-        let uncertainty = self.covariance[(cell, cell)].sqrt().hypot(self.change * value);
+        let uncertainty = self.covariance[(cell, cell)].sqrt().hypot(self.flow_change * value);
         let found = Estimate { value, uncertainty };
-        check_known("flow_gain", found)?;
+        check_certain("flow_gain", found)?;
         Ok(found)
     }
 
@@ -344,13 +345,13 @@ impl Fit {
                 widths[last_cell] += openings[knot] - openings[knot.saturating_add_signed(-side)];
                 flows[knot] = self.slopes.dot(&widths);
                 let scatter = (&self.covariance * &widths).dot(&widths).max(0.0).sqrt();
-                uncertainty[knot] = scatter.hypot(self.change * flows[knot]);
+                uncertainty[knot] = scatter.hypot(self.flow_change * flows[knot]);
             }
         }
         check_rise(&openings, &flows)?;
         for k in (0..flows.len()).filter(|k| measured[*k] && *k != zero) {
             let name = format!("flow at the opening {:.3}", openings[k]);
-            check_known(&name, Estimate::new(flows[k].abs(), uncertainty[k]))?;
+            check_certain(&name, Estimate::new(flows[k].abs(), uncertainty[k]))?;
         }
         Ok(FlowCurveEstimate { openings, flows, uncertainty, measured })
     }

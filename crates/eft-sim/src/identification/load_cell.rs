@@ -81,9 +81,9 @@ pub fn identify_load_cell(
     let SpecimenSignals { displacement, velocity, force } = signals;
     let (structure, sensors) = (&rig.structure, &rig.sensors);
     let width = sample_rate / force.len() as f64;
-    let displacement = before_the_lag(displacement, sensors.displacement.bandwidth, width)?;
-    let velocity = before_the_lag(velocity, sensors.velocity.bandwidth, width)?;
-    let force = before_the_lag(force, sensors.force.bandwidth, width)?;
+    let displacement = spectrum_before_lag(displacement, sensors.displacement.bandwidth, width)?;
+    let velocity = spectrum_before_lag(velocity, sensors.velocity.bandwidth, width)?;
+    let force = spectrum_before_lag(force, sensors.force.bandwidth, width)?;
     // The mass between cell and piston is before the cell.
     let mass = structure.mass - sensors.cell_mass.unwrap_or(0.0);
     let mobility =
@@ -92,13 +92,14 @@ pub fn identify_load_cell(
         MotionAt::Piston => rig.actuator.attachment_stiffness.map_or(0.0, f64::recip),
         MotionAt::Structure => 0.0,
     };
-    let moved = ratio("velocity", &velocity, width, (low, INERTIA_BAND.1), |k, s| {
+    let velocity_ratio = ratio("velocity", &velocity, width, (low, INERTIA_BAND.1), |k, s| {
         [force[k] * (mobility(s) + s * attachment), s, mobility(s), mobility(s) / s]
     })?;
-    let shifted =
+    let displacement_ratio =
         ratio("displacement", &displacement, width, MOTION_BAND, |k, s| [velocity[k] / s, s, s.inv()])?;
     let inverse = |one: Estimate| Estimate::new(1.0 / one.value, one.uncertainty / (one.value * one.value));
-    let (force_over_velocity, velocity_over_displacement) = (inverse(moved), inverse(shifted));
+    let (force_over_velocity, velocity_over_displacement) =
+        (inverse(velocity_ratio), inverse(displacement_ratio));
     let gain =
         most_likely(force_over_velocity, velocity_over_displacement, gain_uncertainty, mass_uncertainty);
     Ok(LoadCellEstimate { gain, force_over_velocity, velocity_over_displacement })
@@ -134,7 +135,7 @@ fn check_specimen(rig: &RigConfig) -> Result<f64> {
 }
 
 /// The spectrum of a signal before the lag of its sensor (Hz).
-fn before_the_lag(signal: &[f64], bandwidth: Option<f64>, width: f64) -> Result<Vec<Complex64>> {
+fn spectrum_before_lag(signal: &[f64], bandwidth: Option<f64>, width: f64) -> Result<Vec<Complex64>> {
     let mut spectrum = spectrum(signal)?;
     if let Some(bandwidth) = bandwidth {
         for (k, bin) in spectrum.iter_mut().enumerate() {
@@ -167,8 +168,8 @@ fn ratio<const N: usize>(
         let Some(fitted) = found else { break };
         delay += fitted[1].value / fitted[0].value;
     }
-    let clear = |one: &Estimate| one.uncertainty < LARGEST_UNCERTAINTY * one.value.abs();
-    let Some(factor) = found.map(|fitted| fitted[0]).filter(clear) else {
+    let is_clear = |one: &Estimate| one.uncertainty < LARGEST_UNCERTAINTY * one.value.abs();
+    let Some(factor) = found.map(|fitted| fitted[0]).filter(is_clear) else {
         let allowed = format!("must move with the force from {low:.3} to {high} Hz: run a sweep to 40 Hz");
         return Err(Error::value(name, "without a clear motion", allowed));
     };
@@ -182,13 +183,13 @@ fn ratio<const N: usize>(
 fn most_likely(over_velocity: Estimate, velocity_over: Estimate, gain: f64, mass: f64) -> Estimate {
     let relative = |one: Estimate| one.uncertainty / one.value;
     // Both ratios to the load cell share the noise of the first and the error of the mass.
-    let common = mass * mass + relative(over_velocity).powi(2);
+    let common_variance = mass * mass + relative(over_velocity).powi(2);
     let variances = [gain * gain, gain * gain + relative(velocity_over).powi(2)];
     let first = over_velocity.value.ln();
     let logarithms = [first, first + velocity_over.value.ln()];
     let weight: f64 = variances.iter().map(|one| one.recip()).sum();
     let sum: f64 = logarithms.iter().zip(&variances).map(|(one, variance)| one / variance).sum();
-    let shared = 1.0 + common * weight;
+    let shared = 1.0 + common_variance * weight;
     let precision = shared / (gain * gain) + weight;
     let value = (sum / precision).exp();
     Estimate { value, uncertainty: value * (shared / precision).sqrt() }

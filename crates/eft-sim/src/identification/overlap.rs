@@ -7,16 +7,16 @@
 
 use nalgebra::{DVector, Matrix2, Matrix4, Vector2, Vector4};
 
-use super::flow_curve::{Stretch, check_opening, parts};
+use super::flow_curve::{Stretch, check_opening, finite_stretches};
 use super::{Estimate, Recording};
 use crate::{Error, Result, checks, interruption};
 
 /// Least number of samples beyond a knee.
-const LEAST_BEYOND: usize = 50;
+const LEAST_SAMPLES_BEYOND: usize = 50;
 /// Largest opening of the test, because the flow curve of a valve bends at larger openings.
 const NEAR_NULL: f64 = 0.2;
 /// Knees of the first, coarse search on either side of null, as shares of the largest opening there.
-const COARSE: [f64; 13] = [-0.6, -0.4, -0.2, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6];
+const GRID: [f64; 13] = [-0.6, -0.4, -0.2, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6];
 const ITERATIONS: usize = 60;
 
 /// The estimates of a valve near null.
@@ -42,15 +42,15 @@ pub fn identify_overlap(
 ) -> Result<OverlapEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
     checks::positive("piston_area", piston_area, "m²")?;
-    let parts = parts(recordings, check_near_null)?;
+    let parts = finite_stretches(recordings, check_near_null)?;
     let test = Test { parts, step: 1.0 / sample_rate, area: piston_area };
     let [lowest, highest] = test.reach()?;
-    let knees = test.refined(test.coarse(lowest, highest)?);
-    let (slopes, rest, jacobian) = test.fitted(knees);
+    let knees = test.refine(test.grid_search(lowest, highest)?);
+    let (slopes, residual, jacobian) = test.fit_at(knees);
     let allowed = "must rise with the opening: check the signs, or take more data, less noise";
     checks::require(slopes.min() > 0.0, "flow", "does not rise with the opening", allowed)?;
-    test.check_beyond(knees)?;
-    let covariance = covariance(&rest, &jacobian).ok_or_else(|| {
+    test.check_samples_beyond(knees)?;
+    let covariance = covariance(&residual, &jacobian).ok_or_else(|| {
         Error::value("spool", "hardly moves about null", "must pass both knees for an overlap")
     })?;
     let combined = |weights: [f64; 2]| {
@@ -104,17 +104,17 @@ impl Test {
     }
 
     /// The best knees of a grid.
-    fn coarse(&self, lowest: f64, highest: f64) -> Result<Sides> {
+    fn grid_search(&self, lowest: f64, highest: f64) -> Result<Sides> {
         let measured = self.measured();
         // Each column depends on one knee only.
-        let below = COARSE.map(|part| part * -lowest).map(|knee| (knee, self.back(knee)));
-        let above = COARSE.map(|part| part * highest).map(|knee| (knee, self.forth(knee)));
+        let below = GRID.map(|part| part * -lowest).map(|knee| (knee, self.negative(knee)));
+        let above = GRID.map(|part| part * highest).map(|knee| (knee, self.positive(knee)));
         let mut best = (f64::INFINITY, None);
-        for (below, back) in &below {
-            for (above, forth) in &above {
+        for (below, negative) in &below {
+            for (above, positive) in &above {
                 interruption::check()?;
-                let (slopes, rest) = fit(back, forth, measured.clone());
-                let squares = rest.dot(&rest);
+                let (slopes, residual) = fit(negative, positive, measured.clone());
+                let squares = residual.dot(&residual);
                 if slopes.min() > 0.0 && squares < best.0 {
                     best = (squares, Some(Sides::new(*below, *above)));
                 }
@@ -125,23 +125,23 @@ impl Test {
     }
 
     /// The knees of the least squares, by damped Gauss-Newton steps.
-    fn refined(&self, mut knees: Sides) -> Sides {
-        let (_, mut rest, mut jacobian) = self.fitted(knees);
+    fn refine(&self, mut knees: Sides) -> Sides {
+        let (_, mut residual, mut jacobian) = self.fit_at(knees);
         let mut damping = 1e-3;
         for _ in 0..ITERATIONS {
             let mut normal = product(&jacobian);
             for i in 0..4 {
                 normal[(i, i)] *= 1.0 + damping;
             }
-            let right = Vector4::from_fn(|i, _| jacobian[i].dot(&rest));
+            let right = Vector4::from_fn(|i, _| jacobian[i].dot(&residual));
             let Some(step) = normal.cholesky().map(|factor| factor.solve(&right)) else {
                 break;
             };
             let next = knees + Sides::new(step[0], step[1]);
-            let (_, next_rest, next_jacobian) = self.fitted(next);
-            if next_rest.dot(&next_rest) < rest.dot(&rest) {
+            let (_, next_residual, next_jacobian) = self.fit_at(next);
+            if next_residual.dot(&next_residual) < residual.dot(&residual) {
                 let small = (next - knees).amax() < 1e-9;
-                (knees, rest, jacobian, damping) = (next, next_rest, next_jacobian, 0.1 * damping);
+                (knees, residual, jacobian, damping) = (next, next_residual, next_jacobian, 0.1 * damping);
                 if small {
                     break;
                 }
@@ -157,22 +157,22 @@ impl Test {
 
     /// The best slopes with these knees, the residuals of displacement times area (m³), and the model's
     /// derivatives with respect to knees and slopes.
-    fn fitted(&self, knees: Sides) -> (Sides, DVector<f64>, [DVector<f64>; 4]) {
-        let (back, forth) = (self.back(knees[0]), self.forth(knees[1]));
-        let (slopes, rest) = fit(&back, &forth, self.measured());
+    fn fit_at(&self, knees: Sides) -> (Sides, DVector<f64>, [DVector<f64>; 4]) {
+        let (negative, positive) = (self.negative(knees[0]), self.positive(knees[1]));
+        let (slopes, residual) = fit(&negative, &positive, self.measured());
         // Whether the ports are open.
-        let open_back = self.integrated(|x| if x < knees[0] { 1.0 } else { 0.0 });
-        let open_forth = self.integrated(|x| if x > knees[1] { 1.0 } else { 0.0 });
-        (slopes, rest, [open_back * -slopes[0], open_forth * -slopes[1], back, forth])
+        let negative_open = self.integrated(|x| if x < knees[0] { 1.0 } else { 0.0 });
+        let positive_open = self.integrated(|x| if x > knees[1] { 1.0 } else { 0.0 });
+        (slopes, residual, [negative_open * -slopes[0], positive_open * -slopes[1], negative, positive])
     }
 
     /// The integral of the opening beyond the negative knee.
-    fn back(&self, knee: f64) -> DVector<f64> {
+    fn negative(&self, knee: f64) -> DVector<f64> {
         self.integrated(|x| (x - knee).min(0.0))
     }
 
     /// The same beyond the positive knee.
-    fn forth(&self, knee: f64) -> DVector<f64> {
+    fn positive(&self, knee: f64) -> DVector<f64> {
         self.integrated(|x| (x - knee).max(0.0))
     }
 
@@ -201,22 +201,22 @@ impl Test {
     }
 
     /// Refuses a spool signal with too few samples beyond the knees.
-    fn check_beyond(&self, knees: Sides) -> Result<()> {
+    fn check_samples_beyond(&self, knees: Sides) -> Result<()> {
         let below = self.spool().filter(|x| *x < knees[0].min(0.0)).count();
         let above = self.spool().filter(|x| *x > knees[1].max(0.0)).count();
         let found = format!("{} samples beyond the overlap on one side", below.min(above));
-        let allowed = format!("must have at least {LEAST_BEYOND} on either side");
-        checks::require(below.min(above) >= LEAST_BEYOND, "spool", found, allowed)
+        let allowed = format!("must have at least {LEAST_SAMPLES_BEYOND} on either side");
+        checks::require(below.min(above) >= LEAST_SAMPLES_BEYOND, "spool", found, allowed)
     }
 }
 
 /// The slopes of the least squares on either side, and the residuals.
-fn fit(back: &DVector<f64>, forth: &DVector<f64>, measured: DVector<f64>) -> (Sides, DVector<f64>) {
-    let across = back.dot(forth);
-    let normal = Matrix2::new(back.dot(back), across, across, forth.dot(forth));
-    let right = Sides::new(back.dot(&measured), forth.dot(&measured));
+fn fit(negative: &DVector<f64>, positive: &DVector<f64>, measured: DVector<f64>) -> (Sides, DVector<f64>) {
+    let across = negative.dot(positive);
+    let normal = Matrix2::new(negative.dot(negative), across, across, positive.dot(positive));
+    let right = Sides::new(negative.dot(&measured), positive.dot(&measured));
     let slopes = normal.cholesky().map_or(Sides::zeros(), |factor| factor.solve(&right));
-    (slopes, measured - back * slopes[0] - forth * slopes[1])
+    (slopes, measured - negative * slopes[0] - positive * slopes[1])
 }
 
 /// Appends a stretch minus its mean.
@@ -233,15 +233,15 @@ fn product(columns: &[DVector<f64>; 4]) -> Matrix4<f64> {
 
 /// The covariance of knees and slopes. Correlated residuals count by the sum of their correlations, because
 /// the integral of a noisy spool signal is correlated over many samples.
-fn covariance(rest: &DVector<f64>, jacobian: &[DVector<f64>; 4]) -> Option<Matrix4<f64>> {
+fn covariance(residual: &DVector<f64>, jacobian: &[DVector<f64>; 4]) -> Option<Matrix4<f64>> {
     let inverse = product(jacobian).try_inverse()?;
     // Scores of the least squares. Their covariance over blocks needs no model of the residuals' correlation.
-    let count = rest.len();
+    let count = residual.len();
     let block = (count / BLOCKS).max(1);
     let mut spread = Matrix4::zeros();
     for from in (0..count).step_by(block) {
         let until = (from + block).min(count);
-        let score = Vector4::from_fn(|i, _| (from..until).map(|n| jacobian[i][n] * rest[n]).sum::<f64>());
+        let score = Vector4::from_fn(|i, _| (from..until).map(|n| jacobian[i][n] * residual[n]).sum::<f64>());
         spread += score * score.transpose();
     }
     let blocks = count.div_ceil(block) as f64;

@@ -109,7 +109,7 @@ fn an_identified_rig_gets_larger_gains_that_damp_every_error_of_the_identificati
             let margins = designed.margins().unwrap();
             let (gain, e_max) = if milliseconds == 0.0 { (5.0, 0.3) } else { (1.6, 0.2) };
             assert!(margins.damping >= 0.2 && margins.gain >= gain && margins.e_max >= e_max, "{margins:?}");
-            let least = if milliseconds > 1.0 { LATE_DAMPING } else { LEAST_DAMPING };
+            let least = if milliseconds > 1.0 { LATENCY_DAMPING } else { LEAST_DAMPING };
             for oil in [0.8, 1.0, 1.2] {
                 for pilot in [0.8, 1.0, 1.25] {
                     for gain in [0.9, 1.1] {

@@ -47,7 +47,7 @@ impl RigConfig {
     }
 
     /// The flow table (m³/s) with the configured areas of the piston.
-    fn of_the_piston(&self) -> FlowCurve {
+    fn piston_curve(&self) -> FlowCurve {
         self.values.servovalve.flow_table.scaled(self.values.actuator.flow_factors())
     }
 
@@ -57,7 +57,7 @@ impl RigConfig {
     /// The table has no room for the points of the underlap.
     pub(super) fn set_controller_curve(&mut self) -> Result<()> {
         let underlap = (-self.values.servovalve.overlap).max(0.0);
-        let mut curve = self.of_the_piston();
+        let mut curve = self.piston_curve();
         if underlap > 0.0 {
             curve = curve.underlapped(underlap);
         }
@@ -71,7 +71,7 @@ impl RigConfig {
     }
 
     /// The spool opening (1) for one of a valve without overlap.
-    pub(crate) fn over_lap(&self, opening: f64) -> f64 {
+    pub(crate) fn add_overlap(&self, opening: f64) -> f64 {
         if opening == 0.0 { 0.0 } else { opening + self.servovalve.overlap.max(0.0).copysign(opening) }
     }
 
@@ -80,11 +80,11 @@ impl RigConfig {
     pub fn found_flows(&self, found: impl FnOnce(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
         let table = &self.servovalve.flow_table;
         let Some(curve) = &self.inverted else {
-            return found(&table.openings.iter().map(|x| self.over_lap(*x)).collect::<Vec<_>>());
+            return found(&table.openings.iter().map(|x| self.add_overlap(*x)).collect::<Vec<_>>());
         };
         let opening = |flow: &f64| interpolated(&curve.flows, &curve.openings, *flow);
-        let openings: Vec<f64> = self.of_the_piston().flows.iter().map(opening).collect();
-        let flows = found(&openings.iter().map(|x| self.over_lap(*x)).collect::<Vec<_>>())?;
+        let openings: Vec<f64> = self.piston_curve().flows.iter().map(opening).collect();
+        let flows = found(&openings.iter().map(|x| self.add_overlap(*x)).collect::<Vec<_>>())?;
         // Beyond the curve's ends the last ratio continues.
         let ratio = |(found, opening): (f64, &f64)| found / curve.at(*opening);
         let ratios = flows.into_iter().zip(&openings).map(ratio);
@@ -167,11 +167,11 @@ mod tests {
         for overlap in [0.0, 1e-3, 0.03] {
             let rig = with_overlap(overlap);
             for y in OPENINGS.into_iter().chain([0.0]) {
-                let error = (passed(&rig, rig.over_lap(y)) - rig.servovalve.flow_table.at(y)).abs();
+                let error = (passed(&rig, rig.add_overlap(y)) - rig.servovalve.flow_table.at(y)).abs();
                 assert!(error < 1e-15, "{overlap} {y}: {error}");
             }
         }
-        assert_eq!(with_overlap(-0.02).over_lap(0.01), 0.01);
+        assert_eq!(with_overlap(-0.02).add_overlap(0.01), 0.01);
     }
 
     #[test]

@@ -10,13 +10,13 @@ use super::known_rig::search;
 use crate::error::{Error, Result};
 
 /// Number of answers that are kept, those used last. A check of a rig designs its loop at 37 sample rates.
-const KEPT: usize = 256;
+const CAPACITY: usize = 256;
 
 /// A design, or parameter, value and rule of its refusal.
 type Answer = std::result::Result<ForceLoop, [String; 3]>;
 
 thread_local! {
-    static LATEST: RefCell<VecDeque<(HeldPiston, Answer)>> = const { RefCell::new(VecDeque::new()) };
+    static CACHE: RefCell<VecDeque<(HeldPiston, Answer)>> = const { RefCell::new(VecDeque::new()) };
 }
 
 /// Designs a force loop.
@@ -24,10 +24,10 @@ thread_local! {
 /// # Errors
 /// No gains keep the oil column of all deviating rigs damped, or the delay is more than 16 samples.
 pub fn design(plant: &HeldPiston) -> Result<ForceLoop> {
-    LATEST.with_borrow_mut(|latest| {
-        let place = latest.iter().position(|(known, _)| known == plant);
-        if let Some((known, answer)) = place.and_then(|place| latest.remove(place)) {
-            latest.push_front((known, answer.clone()));
+    CACHE.with_borrow_mut(|cache| {
+        let place = cache.iter().position(|(known, _)| known == plant);
+        if let Some((known, answer)) = place.and_then(|place| cache.remove(place)) {
+            cache.push_front((known, answer.clone()));
             return answer.map_err(|[parameter, value, allowed]| Error::Value { parameter, value, allowed });
         }
         let found = search(plant);
@@ -38,8 +38,8 @@ pub fn design(plant: &HeldPiston) -> Result<ForceLoop> {
             }
             Err(_) => return found,
         };
-        latest.truncate(KEPT - 1);
-        latest.push_front((plant.clone(), answer));
+        cache.truncate(CAPACITY - 1);
+        cache.push_front((plant.clone(), answer));
         found
     })
 }
