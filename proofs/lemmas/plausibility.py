@@ -65,7 +65,7 @@ def shows(v: Case) -> Formulas:
         "a distrusted sensor stays distrusted": all_of(
             before.distrusted[n].same(1).implies(after.distrusted[n].same(1)) for n in SIGNALS
         ),
-        "the blame of a balance stays": before.blamed_by_balance.same(1).implies(after.blamed_by_balance.same(1)),
+        "the blame of a balance stays": before.balance_blame.same(1).implies(after.balance_blame.same(1)),
         "a failed pressure stays failed": before.load_pressure.failed.same(1).implies(
             after.load_pressure.failed.same(1)
         ),

@@ -89,7 +89,7 @@ impl<T: Real> ChannelState<T> {
     /// Ticks without an estimate of the velocity before one that is lost.
     #[inline(always)]
     pub(super) fn velocity_gap_before(&self) -> u32 {
-        let continues = self.controller.refused_samples() > 0 || self.velocity_gap == NEVER;
+        let continues = self.controller.refused_samples > 0 || self.velocity_gap == NEVER;
         if continues { self.velocity_gap } else { 0 }
     }
 

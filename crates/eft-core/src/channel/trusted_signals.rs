@@ -6,7 +6,7 @@ use crate::channel::{Channel, ChannelState, Parts};
 use crate::number::Real;
 use crate::parameters::Realization;
 use crate::protection::{
-    ControllerValues, DISPLACEMENT, FORCE, Plausibility, Protected, ProtectionInput, SPOOL, VELOCITY,
+    Control, DISPLACEMENT, FORCE, Plausibility, Protected, ProtectionInput, SPOOL, VELOCITY,
 };
 use crate::signals::Input;
 use crate::status;
@@ -27,7 +27,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     ) -> TrustedSignals<T> {
         let supply = self.controller.supply(&mut state.controller, input.supply_pressure).ratio;
         let calibration = state.calibration();
-        let controller = ControllerValues {
+        let control = Control {
             command: input.command,
             valve_command: match self.realization {
                 Realization::Digital => state.controller.valve_command(),
@@ -38,7 +38,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             supply,
             tripped: state.protection.is_tripped(),
         };
-        let cause = watch.judge(&mut state.plausibility, input, trusted.velocity, &controller);
+        let cause = watch.judge(&mut state.plausibility, input, trusted.velocity, &control);
         let (cause, pressure_failed) = watch.compare_pressure(&mut state.plausibility, input, cause);
         trusted.status |= pressure_failed;
         state.plausibility.distrust(cause);
@@ -48,9 +48,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
         }
         if matches!(cause, Cause::VelocityLost | Cause::DisplacementLost | Cause::SpoolLost) {
             // Its samples no longer count, and another sensor that was lost a little later has its own time.
-            state.protection.restart_lost_count();
+            state.protection.lost_measurements = 0;
         }
-        let distrusted = state.plausibility.distrusted();
+        let distrusted = state.plausibility.distrusted;
         let flags = [
             (FORCE, status::FORCE_DISTRUSTED),
             (DISPLACEMENT, status::DISPLACEMENT_DISTRUSTED),
@@ -97,17 +97,17 @@ impl<T: Real, const N: usize> Channel<T, N> {
             if is_distrusted(FORCE) || is_distrusted(SPOOL) {
                 // Nothing shows the motion any more, so the valve closes from its present opening.
                 state.protection.shut_down_by(cause);
-                state.protection.lose_motion();
+                state.protection.motion_unknown = true;
                 trusted.velocity = T::splat(f64::NAN);
             } else {
-                state.protection.take_motion_by_flow();
+                state.protection.motion_by_flow = true;
                 trusted.velocity = state.plausibility.velocity_by_flow();
             }
         } else if is_distrusted(VELOCITY)
             || is_distrusted(FORCE) && matches!(self.velocity, Velocity::Observer(..))
         {
             // An observer of displacement and force contains the wrong force.
-            trusted.velocity = state.plausibility.velocity();
+            trusted.velocity = state.plausibility.velocity;
         }
         if state.plausibility.force_jumped() {
             trusted.status |= status::FORCE_LOOP_OPEN;
@@ -181,7 +181,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         // Without a motion there is nothing to follow, and a closed valve drifts least.
         let at_rest = protected.open && watch.is_at_rest(&state.plausibility);
         let velocity = velocity * if at_rest { zero } else { protected.level };
-        let velocity = if protected.open && !state.protection.has_motion_by_flow() {
+        let velocity = if protected.open && !state.protection.motion_by_flow {
             let (added, corrects) = (self.added_null(state), self.controller.corrects());
             velocity - watch.offset_velocity(&state.plausibility, added, trusted.spool, corrects)
         } else {
@@ -191,7 +191,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             | trusted.status & status::VELOCITY_DISTRUSTED
             | u32::from(follows)
             | u32::from(at_rest) << 1
-            | u32::from(state.protection.has_motion_by_flow()) << 2;
+            | u32::from(state.protection.motion_by_flow) << 2;
         watch.fade_source(&mut state.plausibility, velocity, source)
     }
 
@@ -219,9 +219,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// leaves its command, the velocity was wrong unless the flow still speaks against the displacement.
     #[inline(always)]
     pub(super) fn distrusts_velocity(&self, state: &ChannelState<T>) -> bool {
-        let [force, displacement, ..] = state.plausibility.distrusted();
+        let [force, displacement, ..] = state.plausibility.distrusted;
         let cause = state.protection.cause();
-        let balance = state.plausibility.blames_balance() || cause == Cause::ForceLevel;
+        let balance = state.plausibility.balance_blame || cause == Cause::ForceLevel;
         let contradicted =
             cause == Cause::DisplacementImplausible && state.plausibility.contradicts_velocity();
         let distrusted = if displacement { contradicted && !force } else { balance };

@@ -140,12 +140,11 @@ impl<S: Scalar, const N: usize> Compensation<S, N> {
         opening: S,
         calibration: &Calibration<S>,
     ) -> CompensationState<S> {
-        let mut lead = state.lead;
-        let mut output = calibration.lead.step(&mut lead, opening);
+        let mut next = state.advance(opening, calibration);
         if self.adds_null.any() {
-            output = S::select(self.adds_null, output + calibration.null_signal, output);
+            next.output = S::select(self.adds_null, next.output + calibration.null_signal, next.output);
         }
-        CompensationState { lead, output }
+        next
     }
 
     #[cold]

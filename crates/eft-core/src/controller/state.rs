@@ -15,7 +15,7 @@ pub struct ControllerState<S: Scalar> {
     pub(super) servovalve: ServovalveControllerState<S>,
     pub(super) valve_command: S,
     /// Samples in a row that were refused.
-    pub(super) refused_samples: S::Flags,
+    pub(crate) refused_samples: S::Flags,
     /// The force loop's integral (V).
     pub(super) integral: S,
     /// The last valid ratio of the measured supply pressure to the configured one, less 1 (1).
@@ -36,11 +36,6 @@ impl<S: Scalar> ControllerState<S> {
     pub(crate) fn forget(&mut self) {
         self.integral = S::splat(0.0);
         self.servovalve = ServovalveControllerState::default();
-    }
-
-    /// Samples in a row that were refused.
-    pub(crate) const fn refused_samples(&self) -> S::Flags {
-        self.refused_samples
     }
 
     /// Counts a sample as `good` or refused.

@@ -43,7 +43,7 @@ integrity!(SensorGate<T>: tolerance, displacement_tolerance, tolerance_growth, f
 pub(crate) struct Signal<T> {
     /// The last accepted reading, and its slope per sample.
     pub(crate) last: T,
-    slope: T,
+    pub(crate) slope: T,
     /// Samples in a row that were not accepted.
     pub(crate) lost: u32,
     /// Numbers among these that disagreed with their prediction, and the readings since that agreed.
@@ -66,12 +66,6 @@ pub(crate) struct Signal<T> {
 integrity!(Signal<T>: last, slope, lost, jumps, confirmed, repeats, liveliness, readings, likelihood, last_change, jumped, has_reading);
 
 impl<T: Real> Signal<T> {
-    /// Change per sample, low-passed.
-    #[inline(always)]
-    pub(crate) fn slope(&self) -> T {
-        self.slope
-    }
-
     /// Accepts the next reading.
     pub(crate) fn restart(&mut self) {
         (self.lost, self.has_reading) = (0, false);

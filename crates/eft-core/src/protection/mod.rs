@@ -17,7 +17,7 @@ mod timing;
 
 pub(crate) use gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
 pub(crate) use limits::{NEVER, samples};
-pub(crate) use plausibility::{ControllerValues, Plausibility, PlausibilityState};
+pub(crate) use plausibility::{Control, Plausibility, PlausibilityState};
 pub use protection::{Protected, Protection, ProtectionInput};
 pub use state::ProtectionState;
 pub use stuck::{StuckWatch, StuckWatchState};

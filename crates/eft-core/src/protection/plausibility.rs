@@ -65,7 +65,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) ratio_gain: T,
     pub(super) spool_gain: T,
     /// Share (1) of the envelopes that remains in a sample.
-    pub(super) envelope_decay: T,
+    pub(super) decay: T,
     /// Reciprocal of the velocity (s/m) below which the direction has a smaller weight.
     pub(super) per_reversal: T,
     pub(super) balance: FlowLimits<T>,
@@ -82,11 +82,11 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, residual_gain, ratio_gain, spool_gain, envelope_decay, per_reversal, balance, motion, stroke, reversal, following, force_per_velocity, force_error_limit, stuck_changes, load_pressure);
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, residual_gain, ratio_gain, spool_gain, decay, per_reversal, balance, motion, stroke, reversal, following, force_per_velocity, force_error_limit, stuck_changes, load_pressure);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct ControllerValues<T> {
+pub(crate) struct Control<T> {
     /// Force command (N).
     pub(crate) command: T,
     /// Valve command (V) during the last sample; NaN if unknown.
@@ -141,24 +141,24 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         state: &mut PlausibilityState<T>,
         input: &Input<T>,
         velocity: T,
-        controller: &ControllerValues<T>,
+        control: &Control<T>,
     ) -> Cause {
         self.filter(state, input.displacement, velocity);
-        self.model_valve(state, controller);
+        self.model_valve(state, control);
         let valid = input.force.is_finite() & input.spool.is_finite();
-        let flow = valid.then(|| self.valve_flow(input, controller));
+        let flow = valid.then(|| self.valve_flow(input, control));
         if let Some(flow) = &flow {
-            self.update_flow_velocity(state, [input.force, input.spool], flow, controller);
+            self.update_flow_velocity(state, [input.force, input.spool], flow, control);
         }
-        let far_from_command = (controller.command - input.force).abs() > self.force_error_limit;
-        let cause = self.wrong_sign_cause(state, far_from_command, controller.tripped);
+        let large_error = (control.command - input.force).abs() > self.force_error_limit;
+        let cause = self.wrong_sign_cause(state, large_error, control.tripped);
         if cause != Cause::None {
             return cause;
         }
         let cause = self.lost_sensor(state);
         if cause != Cause::None {
             // A wrong velocity makes a true force jump as well.
-            state.blamed_by_balance |= cause == Cause::ForceImplausible;
+            state.balance_blame |= cause == Cause::ForceImplausible;
             // Two sensors may share a cable. The second one must not count as a lost measurement.
             state.distrust(cause);
             let second = self.lost_sensor(state);
@@ -167,7 +167,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
         // After a trip by a sensor the command is not followed, so that it says nothing about the force.
         let followed = !state.distrusted.contains(&true);
-        let command = if followed { controller.command } else { T::splat(f64::NAN) };
+        let command = if followed { control.command } else { T::splat(f64::NAN) };
         let stuck = self.stuck_sensor(state, input, velocity, command);
         if stuck != Cause::None {
             return stuck;
@@ -178,19 +178,19 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let has_motion = velocity.is_finite() & (input.displacement.is_finite() | displacement);
         let (Some(flow), true, false) = (flow, has_motion, sensor_distrusted) else {
             state.motion.is_continuous = false;
-            self.learn_null_without_force(state, input, controller);
+            self.learn_null_without_force(state, input, control);
             return Cause::None;
         };
         // The evidence about the motion goes on after a failed displacement, in case the velocity was wrong.
-        self.compare(state, input, velocity, &flow, controller);
+        self.compare(state, input, velocity, &flow, control);
         // Converted apart, because a choice of doubles would be converted in the tick.
-        let share = if far_from_command { T::splat(FAR_LIMIT_SHARE) } else { T::splat(1.0) };
+        let share = if large_error { T::splat(FAR_LIMIT_SHARE) } else { T::splat(1.0) };
         let cause = if displacement {
             self.contradiction_by_flow(state, share)
         } else {
             self.contradiction(state, share)
         };
-        state.blamed_by_balance |= cause == Cause::ForceImplausible;
+        state.balance_blame |= cause == Cause::ForceImplausible;
         cause
     }
 
@@ -202,19 +202,19 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         input: &Input<T>,
         velocity: T,
         flow: &ModelFlow<T>,
-        controller: &ControllerValues<T>,
+        control: &Control<T>,
     ) {
         let speed = T::splat(0.5) * (velocity + state.motion.last_velocity);
         state.motion.last_velocity = velocity;
-        let residual = self.add_flow(state, input, speed, flow, controller);
-        let slope = controller.flow_gain * (flow.root * flow.slope);
+        let residual = self.add_flow(state, input, speed, flow, control);
+        let slope = control.flow_gain * (flow.root * flow.slope);
         if input.displacement.is_finite() {
             self.compare_motion(state, speed, input.displacement, [residual, slope]);
         } else {
             state.motion.is_continuous = false;
         }
-        self.compare_spool(state, input.spool, controller);
-        self.average_offset(state, [residual, slope], input.spool, controller);
+        self.compare_spool(state, input.spool, control);
+        self.average_offset(state, [residual, slope], input.spool, control);
     }
 
     /// Compares the force with the load pressure, if that is measured. Returns what contradicts now, and a flag if the
@@ -238,8 +238,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
 
     /// The flow through the measured opening.
     #[inline(always)]
-    fn valve_flow(&self, input: &Input<T>, controller: &ControllerValues<T>) -> ModelFlow<T> {
+    fn valve_flow(&self, input: &Input<T>, control: &Control<T>) -> ModelFlow<T> {
         let opened = input.spool - self.null_bias;
-        self.model.flow(opened, opened, input.force, controller.supply)
+        self.model.flow(opened, opened, input.force, control.supply)
     }
 }

@@ -20,7 +20,7 @@ pub struct ProtectionState<T> {
     /// The last valid command (N); after a trip the last one before it.
     pub(super) command: T,
     /// Samples in a row with a lost measurement, with a lost command, and refused by the controller.
-    pub(super) lost_measurements: u32,
+    pub(crate) lost_measurements: u32,
     pub(super) lost_commands: u32,
     pub(super) refused_samples: u32,
     /// Samples in a row with a fault that the controller reports.
@@ -28,9 +28,9 @@ pub struct ProtectionState<T> {
     /// Whether a fault has persisted.
     pub(super) fault_persists: bool,
     /// Whether no velocity is left to follow.
-    pub(super) motion_unknown: bool,
+    pub(crate) motion_unknown: bool,
     /// Whether the motion is known from the flow balance alone.
-    pub(super) motion_by_flow: bool,
+    pub(crate) motion_by_flow: bool,
     /// Force (N) that the brake takes from the command.
     pub(super) brake_force: T,
     pub(super) cause: Cause,
@@ -85,30 +85,6 @@ impl<T: Real> ProtectionState<T> {
     pub(crate) fn apply_brake(&mut self, brake: T, command: T) -> T {
         self.brake_force = brake;
         command - brake
-    }
-
-    /// Records that no velocity is left to follow in a shutdown.
-    #[inline(always)]
-    pub(crate) fn lose_motion(&mut self) {
-        self.motion_unknown = true;
-    }
-
-    /// Counts lost measurements anew, after a lost sensor was replaced.
-    #[inline(always)]
-    pub(crate) fn restart_lost_count(&mut self) {
-        self.lost_measurements = 0;
-    }
-
-    /// Records that the motion is known from the flow balance alone.
-    #[inline(always)]
-    pub(crate) fn take_motion_by_flow(&mut self) {
-        self.motion_by_flow = true;
-    }
-
-    /// Whether the motion is known from the flow balance alone.
-    #[inline(always)]
-    pub(crate) fn has_motion_by_flow(&self) -> bool {
-        self.motion_by_flow
     }
 
     /// The first cause of a trip.

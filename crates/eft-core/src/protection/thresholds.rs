@@ -31,7 +31,7 @@ const REVERSAL_VELOCITY: f64 = 0.01;
 /// The brake's largest force as a share of the force's warning level, so that it does not warn, or of the capacity without
 /// a level. It is reached at this share of the velocity's trip level.
 const BRAKE_FORCE: f64 = 0.4;
-const BRAKE_FORCE_OF_CAPACITY: f64 = 0.05;
+const BRAKE_OF_CAPACITY: f64 = 0.05;
 const FULL_BRAKE_VELOCITY: f64 = 1.0 / 6.0;
 /// Share of friction's oil flow that is allowed for a force of the wrong sign. It is small, because friction does not
 /// reverse a sign.
@@ -53,7 +53,7 @@ const FAST_FLOW_OFFSET: f64 = 7.0e-4;
 const OVERLAP_FLOW: f64 = 0.02;
 
 /// Share of the path in which two signals seem to have opposite signs, because one of them is late.
-const OPPOSED_SHARE: f64 = 0.35;
+const OPPOSED: f64 = 0.35;
 
 /// Natural logarithm, rounded up to a multiple of that of 2.
 const fn logarithm(value: f64) -> f64 {
@@ -142,21 +142,18 @@ macro_rules! constructor {
                 let readings = logarithm(4.0 * 3600.0 * rate / alarm_rate);
                 let readings = if readings > 1.0 { readings } else { 1.0 };
                 let deviations = root(2.0 * readings);
-                let largest_flow = p.greatest_flow();
+                let full_flow = p.greatest_flow();
                 let capacity = area * pressure;
                 let force = level(protection.force.trip, capacity);
                 // Without a level, the displacement in a tenth of a second at full flow.
                 // Without a warning level the trip level is the warning's.
                 let warning = level(protection.force.warning, protection.force.trip);
-                let brake_force = if warning < LARGEST {
-                    BRAKE_FORCE * warning
-                } else {
-                    BRAKE_FORCE_OF_CAPACITY * capacity
-                };
-                let displacement = level(protection.displacement.trip, 0.1 * largest_flow / area);
-                let velocity = level(protection.velocity.trip, largest_flow / area);
+                let brake =
+                    if warning < LARGEST { BRAKE_FORCE * warning } else { BRAKE_OF_CAPACITY * capacity };
+                let displacement = level(protection.displacement.trip, 0.1 * full_flow / area);
+                let velocity = level(protection.velocity.trip, full_flow / area);
                 let spool = level(protection.spool.trip, 1.0);
-                let signal_angle = core::f64::consts::TAU * FASTEST_SIGNAL / rate;
+                let angle = core::f64::consts::TAU * FASTEST_SIGNAL / rate;
                 let motion_angle = core::f64::consts::TAU * FASTEST_MOTION / rate;
                 // A third more, for the noise of the prediction.
                 let noise_bound = 1.33 * deviations;
@@ -166,12 +163,11 @@ macro_rules! constructor {
                 let has_level = protection.displacement.trip < LARGEST;
                 let noise_tolerance =
                     if has_level { noise_bound * displacement_noise } else { f32::MAX as f64 };
-                let residual_gain = share(RESIDUAL_CORNER, rate);
-                let flow_noise = area * velocity_noise + largest_flow * spool_noise;
+                let low = share(RESIDUAL_CORNER, rate);
+                let flow_noise = area * velocity_noise + full_flow * spool_noise;
                 // Three standard deviations of white noise after the low-pass, and the range of the sums of the
                 // remaining noise.
-                let noise_factor =
-                    3.0 * root(1.0 + residual_gain) * 0.75 * root(1.0 + 2.0 * residual_gain) * residual_gain;
+                let drift_factor = 3.0 * root(1.0 + low) * 0.75 * root(1.0 + 2.0 * low) * low;
                 let flow_walk = readings * flow_noise / (6.0 * rate);
                 // Seven standard deviations of the displacement's low-passed noise at both ends of a sum. The further
                 // low-pass of the ratio leaves about half of it.
@@ -180,17 +176,16 @@ macro_rules! constructor {
                 // The direction of the motion turns the displacement's noise over at each reversal, so that it adds up to a
                 // random walk, as the velocity's noise does. This is its variance in a second (m²/s). A walk against a
                 // drift exceeds a limit with a probability of exp(−2·drift·limit/variance).
-                let ratio_gain = share(RATIO_CORNER, rate);
+                let fine = share(RATIO_CORNER, rate);
                 let doubled_noise = 2.0 * displacement_noise;
-                let walk = 2.0 * FASTEST_MOTION * doubled_noise * doubled_noise * ratio_gain
-                    / (2.0 - ratio_gain)
+                let walk = 2.0 * FASTEST_MOTION * doubled_noise * doubled_noise * fine / (2.0 - fine)
                     + velocity_noise * velocity_noise / rate;
                 let ratio_drift = 0.5 * readings * walk / ratio_limit;
-                let offset = FLOW_OFFSET * largest_flow / area;
+                let offset = FLOW_OFFSET * full_flow / area;
                 // The displacement's noise behind a low-pass at both ends of a sum, and the path in a delay of the fastest
                 // motion at its reversal.
-                let reversal_path = 0.7 * deviations * displacement_noise * root(1e4 * residual_gain) / 100.0
-                    + OPPOSED_SHARE * core::f64::consts::TAU * FASTEST_MOTION * velocity * LATENCY * LATENCY;
+                let reversal_path = 0.7 * deviations * displacement_noise * root(1e4 * low) / 100.0
+                    + OPPOSED * core::f64::consts::TAU * FASTEST_MOTION * velocity * LATENCY * LATENCY;
                 let travel = 16.0 * displacement_noise + 0.01 * displacement;
                 let delays = p.computation_delay as f64;
                 let repeats = 3.0e-3 * rate;
@@ -203,8 +198,7 @@ macro_rules! constructor {
                     let pressure_noise = force_noise / area;
                     Some(LoadPressureWatch {
                         area: area as $t,
-                        jump: (FORCE_GATE * (noise_bound * pressure_noise + signal_angle * force / area))
-                            as $t,
+                        jump: (FORCE_GATE * (noise_bound * pressure_noise + angle * force / area)) as $t,
                         still: (STILL_CHANGE * pressure_noise) as $t,
                         tolerance: (tolerance + 4.0 * force_noise) as $t,
                         latency: (PRESSURE_LATENCY * rate) as $t,
@@ -218,10 +212,10 @@ macro_rules! constructor {
                     model: FlowModel::<$t, N>::EMPTY,
                     gate: SensorGate {
                         tolerance: [
-                            (FORCE_GATE * (noise_bound * force_noise + signal_angle * force)) as $t,
-                            (noise_tolerance + signal_angle * displacement) as $t,
+                            (FORCE_GATE * (noise_bound * force_noise + angle * force)) as $t,
+                            (noise_tolerance + angle * displacement) as $t,
                             (noise_bound * velocity_noise + motion_angle * velocity) as $t,
-                            (noise_bound * spool_noise + signal_angle * spool) as $t,
+                            (noise_bound * spool_noise + angle * spool) as $t,
                         ],
                         displacement_tolerance: (noise_tolerance + motion_tolerance) as $t,
                         tolerance_growth: motion_tolerance as $t,
@@ -253,24 +247,24 @@ macro_rules! constructor {
                     oil: (compressibility / area) as $t,
                     valve_gain: valve_gain as $t,
                     null_bias: check!(null_bias(p)) as $t,
-                    residual_gain: residual_gain as $t,
-                    ratio_gain: ratio_gain as $t,
+                    residual_gain: low as $t,
+                    ratio_gain: fine as $t,
                     spool_gain: share(SPOOL_CORNER, rate) as $t,
-                    envelope_decay: (1.0 - share(1.0, rate)) as $t,
+                    decay: (1.0 - share(1.0, rate)) as $t,
                     per_reversal: (1.0 / (REVERSAL_VELOCITY * velocity)) as $t,
                     balance: FlowLimits {
                         high: share(FAST_CORNER, rate) as $t,
                         fast_decay: (1.0 - share(1.6, rate)) as $t,
-                        drift: (noise_factor * flow_noise + FLOW_OFFSET * largest_flow) as $t,
-                        fast_drift: (noise_factor * flow_noise + FAST_FLOW_OFFSET * largest_flow) as $t,
-                        null_drift: (OVERLAP_FLOW * largest_flow) as $t,
+                        drift: (drift_factor * flow_noise + FLOW_OFFSET * full_flow) as $t,
+                        fast_drift: (drift_factor * flow_noise + FAST_FLOW_OFFSET * full_flow) as $t,
+                        null_drift: (OVERLAP_FLOW * full_flow) as $t,
                         slow: (1.5 * area * travel + flow_walk) as $t,
                         fast: (FRICTION_SHARE * capacity * compressibility / area + flow_walk) as $t,
                         wrong_sign: (WRONG_SIGN_SHARE * FRICTION_SHARE * capacity * compressibility / area
                             + flow_walk) as $t,
                     },
                     motion: MotionLimits {
-                        drift: (noise_factor * velocity_noise) as $t,
+                        drift: (drift_factor * velocity_noise) as $t,
                         ratio_drift: ratio_drift as $t,
                         travel: motion_limit as $t,
                         ratio: ratio_limit as $t,
@@ -278,15 +272,15 @@ macro_rules! constructor {
                     },
                     stroke: SpoolLimits {
                         lag: (1.0 / (1.0 + lag)) as $t,
-                        drift: (noise_factor * spool_noise + 0.03) as $t,
-                        against_drift: (noise_factor * spool_noise) as $t,
+                        drift: (drift_factor * spool_noise + 0.03) as $t,
+                        against_drift: (drift_factor * spool_noise) as $t,
                         difference: 2.0e-3,
                         against: OPPOSED_TRAVEL as $t,
                     },
                     following: Following {
                         flow_velocity_gain: share(FLOW_VELOCITY_CORNER, rate) as $t,
                         fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
-                        brake: brake_force as $t,
+                        brake: brake as $t,
                         per_brake_velocity: (1.0 / (FULL_BRAKE_VELOCITY * velocity)) as $t,
                     },
                     reversal: ReversalWatch {

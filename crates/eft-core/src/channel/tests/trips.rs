@@ -271,7 +271,7 @@ fn a_rig_with_a_known_null_bias_rests_and_shuts_down_at_its_null() {
         let out = channel.step(&mut state, &asks);
         assert_eq!((out.voltage - held).abs() > 0.05, digital, "{out:?}");
         state.protection.shut_down_by(Cause::Request);
-        state.protection.lose_motion();
+        state.protection.motion_unknown = true;
         let ended = (0..4096).map(|_| channel.step(&mut state, &asks)).last().unwrap();
         assert!(ended.authority == 0.0 && (ended.voltage - held).abs() < 1e-12, "{ended:?}");
         assert_eq!(channel.hold(&state).voltage, ended.voltage);

@@ -251,16 +251,16 @@ fn a_reading_beyond_single_precision_is_no_number() {
 fn the_slope_follows_the_changes_of_consecutive_readings() {
     let mut now = signal();
     gate().accept(&mut now, 2.0, 0.1, 6.0);
-    near("slope", now.slope(), 0.25 + 0.1 * (1.0 - 0.25));
+    near("slope", now.slope, 0.25 + 0.1 * (1.0 - 0.25));
     near("last", now.last, 6.0);
     // A change after lost readings belongs to several samples.
     let mut gap = Signal { lost: 2, ..signal() };
     gate().accept(&mut gap, 2.0, 0.1, 6.0);
-    near("slope", gap.slope(), 0.25);
+    near("slope", gap.slope, 0.25);
     // The first reading changes nothing.
     let mut first = Signal { has_reading: false, ..signal() };
     gate().accept(&mut first, 2.0, 0.1, 90.0);
-    near("slope", first.slope(), 0.25);
+    near("slope", first.slope, 0.25);
     near("last", first.last, 90.0);
 }
 

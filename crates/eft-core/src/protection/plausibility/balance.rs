@@ -7,18 +7,18 @@ use crate::learning::ModelFlow;
 use crate::number::Real;
 use crate::protection::plausibility::comparisons::FlowBalance;
 use crate::protection::plausibility::sums::{envelope, high_pass, larger, low_pass, opposition};
-use crate::protection::plausibility::{ControllerValues, Plausibility, PlausibilityState};
+use crate::protection::plausibility::{Control, Plausibility, PlausibilityState};
 use crate::signals::Input;
 
 /// Time (s) in which the low-passes settle to 2 %. The fast balance begins then.
 pub(super) const SETTLING_TIME: f64 = 8.0e-3;
 /// Share of the flow that a wrong calibration may leave, from the bounds of the self-calibration and the curve's error.
-const FLOW_TOLERANCE: f64 = 0.5;
+const FLOW_ERROR: f64 = 0.5;
 /// The same above the motion's frequencies, where a wrong curve or gain leaves a smaller residual in a few
 /// milliseconds.
-const FAST_FLOW_TOLERANCE: f64 = 0.2;
+const FAST_FLOW_ERROR: f64 = 0.2;
 /// Share of the oil's flow that a stiffness from 0.6 to 1.5 times the configured one leaves.
-const OIL_TOLERANCE: f64 = 0.6;
+const OIL_ERROR: f64 = 0.6;
 /// Opening (1) within which an overlap counts.
 const NULL_REGION: f64 = 0.03;
 /// Share of an overlap's flow that counts against a force of the wrong sign.
@@ -33,17 +33,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         input: &Input<T>,
         speed: T,
         model: &ModelFlow<T>,
-        controller: &ControllerValues<T>,
+        control: &Control<T>,
     ) -> T {
         let (limits, sums) = (&self.balance, &mut state.balance);
-        let model_flow = controller.flow_gain * (model.root * model.at_no_load);
+        let flow = control.flow_gain * (model.root * model.at_no_load);
         // The means over the tick, as for the differences of force and displacement.
-        let valve_flow = low_pass(
-            &mut sums.valve_flow,
-            self.residual_gain,
-            T::splat(0.5) * (model_flow + sums.last_valve_flow),
-        );
-        sums.last_valve_flow = model_flow;
+        let valve_flow =
+            low_pass(&mut sums.valve_flow, self.residual_gain, T::splat(0.5) * (flow + sums.last_flow));
+        sums.last_flow = flow;
         if !(sums.age > T::splat(0.0)) {
             // The force before the first sample is unknown.
             sums.force = input.force;
@@ -59,9 +56,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             self.oil * self.rate * (low_pass(&mut sums.force, self.residual_gain, input.force) - before);
         let residual = load_flow + oil - valve_flow;
         let envelope =
-            envelope(&mut sums.flow_envelope, self.envelope_decay, larger(valve_flow.abs(), load_flow.abs()));
-        let tolerance =
-            T::splat(FLOW_TOLERANCE) * envelope + T::splat(OIL_TOLERANCE) * oil.abs() + limits.drift;
+            envelope(&mut sums.flow_envelope, self.decay, larger(valve_flow.abs(), load_flow.abs()));
+        let tolerance = T::splat(FLOW_ERROR) * envelope + T::splat(OIL_ERROR) * oil.abs() + limits.drift;
         sums.slow.add(self.period * residual, self.period * tolerance, limits.slow);
         self.add_fast_flow(sums, [residual, valve_flow, oil], input.spool - self.null_bias, settling);
         residual
@@ -87,9 +83,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let high_passed = (valve_flow - mean).abs();
         let overlap_flow = if high_passed < overlap_flow { high_passed } else { overlap_flow };
         if self.fast_velocity {
-            let allowed = T::splat(FAST_FLOW_TOLERANCE) * valve_envelope;
-            let tolerance =
-                allowed + T::splat(OIL_TOLERANCE) * oil_envelope + limits.fast_drift + overlap_flow;
+            let allowed = T::splat(FAST_FLOW_ERROR) * valve_envelope;
+            let tolerance = allowed + T::splat(OIL_ERROR) * oil_envelope + limits.fast_drift + overlap_flow;
             sums.fast.add(self.period * fast_residual, self.period * tolerance, limits.fast);
             let tolerance = allowed + limits.fast_drift + T::splat(WRONG_SIGN_NULL) * overlap_flow;
             let opposition = opposition(fast_oil_flow, fast_oil_flow - fast_residual);

@@ -3,7 +3,7 @@
 use crate::cause::Cause;
 use crate::number::Real;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, Signal, VELOCITY};
-use crate::protection::plausibility::comparisons::MotionComparison;
+use crate::protection::plausibility::comparisons::MotionSums;
 use crate::protection::plausibility::reversal::WrongSign;
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 use crate::signals::Input;
@@ -16,7 +16,7 @@ const CLEAR_SHARE: f64 = 0.25;
 /// here it only selects the sensor.
 const FROZEN_PROBABILITY: f64 = 0.01;
 /// Share of the limit of a motion against the command from which on the spool may be wrong.
-const OPPOSED_SHARE: f64 = 0.1;
+const OPPOSED: f64 = 0.1;
 
 /// The cause of a wrong sign, if a sensor shows the motion.
 #[inline(always)]
@@ -59,7 +59,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     pub(super) fn wrong_sign_cause(
         &self,
         state: &mut PlausibilityState<T>,
-        far_from_command: bool,
+        large_error: bool,
         tripped: bool,
     ) -> Cause {
         let [force, _, _, spool] = state.distrusted;
@@ -71,8 +71,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let velocities = [moved, state.flow_velocity.valve, state.flow_velocity.oil];
         let prior_weight = state.opening_offset.prior_weight();
         let sums = &mut state.reversal;
-        let wrong =
-            self.reversal.add(sums, self.period, velocities, prior_weight, [far_from_command, tripped]);
+        let wrong = self.reversal.add(sums, self.period, velocities, prior_weight, [large_error, tripped]);
         let frozen = || state.signals.get(sensor).is_some_and(|shown| self.is_frozen(shown));
         if wrong == Some(WrongSign::Force) && frozen() {
             // A frozen sensor shows no motion, so that all of the valve's flow seems to be the oil's.
@@ -89,10 +88,9 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// The sensor that shows the motion, and its velocity (m/s), unless there are two or none.
     #[inline(always)]
     fn only_motion(&self, state: &PlausibilityState<T>) -> Option<(usize, T)> {
-        let ([_, displacement, velocity, _], [filtered_velocity, _]) =
-            (state.distrusted, state.filtered_velocity);
+        let ([_, displacement, velocity, _], [filtered, _]) = (state.distrusted, state.filtered_velocity);
         match (self.senses_velocity, displacement, velocity) {
-            (true, true, false) => Some((VELOCITY, filtered_velocity)),
+            (true, true, false) => Some((VELOCITY, filtered)),
             (false, false, _) => Some((DISPLACEMENT, state.derivative.first)),
             _ => None,
         }
@@ -120,10 +118,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     #[inline(always)]
     fn spool_follows(&self, state: &PlausibilityState<T>) -> bool {
         let ([.., spool], stroke) = (&state.signals, &state.stroke);
-        let same_side = (spool.last - self.null_bias) * (stroke.opening - self.null_bias) > T::splat(0.0);
-        same_side
-            && !stroke.against.is_beyond(self.stroke.against, T::splat(OPPOSED_SHARE))
-            && !self.is_frozen(spool)
+        let agrees = (spool.last - self.null_bias) * (stroke.opening - self.null_bias) > T::splat(0.0);
+        agrees && !stroke.against.is_beyond(self.stroke.against, T::splat(OPPOSED)) && !self.is_frozen(spool)
     }
 
     /// A signal whose noise has stopped, or that repeats although it should have moved.
@@ -242,7 +238,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// velocity that is too small leaves damping.
     #[inline(always)]
     fn blame_ratio(&self, state: &PlausibilityState<T>) -> Cause {
-        let MotionComparison { ratio, misfit, mean_square_speed, .. } = &state.motion;
+        let MotionSums { ratio, misfit, mean_square_speed, .. } = &state.motion;
         let displacement_fits_worse = *misfit < -(T::splat(CLEAR_SHARE) * self.area * *mean_square_speed);
         if displacement_fits_worse | (ratio.below > ratio.above) {
             Cause::DisplacementImplausible

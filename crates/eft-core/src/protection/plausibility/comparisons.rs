@@ -31,7 +31,7 @@ pub(crate) struct FlowBalance<T> {
     /// Time (s) since the first sample, until the low-passes have settled.
     pub(super) age: T,
     /// The valve's last flow (m³/s).
-    pub(super) last_valve_flow: T,
+    pub(super) last_flow: T,
     /// Low-passed: flow of the valve, flow of piston and leakage (m³/s), force (N).
     pub(super) valve_flow: T,
     pub(super) load_flow: T,
@@ -51,7 +51,7 @@ pub(crate) struct FlowBalance<T> {
     pub(super) fast: Cusum<T>,
     pub(super) wrong_sign: Cusum<T>,
 }
-integrity!(FlowBalance<T>: age, last_valve_flow, valve_flow, load_flow, force, fast_residual, fast_valve_flow, fast_oil_flow, flow_envelope, fast_valve_envelope, fast_oil_envelope, near_null, slow, fast, wrong_sign);
+integrity!(FlowBalance<T>: age, last_flow, valve_flow, load_flow, force, fast_residual, fast_valve_flow, fast_oil_flow, flow_envelope, fast_valve_envelope, fast_oil_envelope, near_null, slow, fast, wrong_sign);
 
 /// The limits of velocity and displacement.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,7 +71,7 @@ integrity!(MotionLimits<T>: drift, ratio_drift, travel, ratio, latency);
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct MotionComparison<T> {
+pub(crate) struct MotionSums<T> {
     /// The last velocity (m/s) and displacement (m).
     pub(super) last_velocity: T,
     pub(super) last_displacement: T,
@@ -99,7 +99,7 @@ pub(crate) struct MotionComparison<T> {
     /// Whether this sample follows the last displacement.
     pub(super) is_continuous: bool,
 }
-integrity!(MotionComparison<T>: last_velocity, last_displacement, velocity, displacement, ratio_velocity, ratio_difference, ratio_residual, speed_envelope, travel, ratio, travel_start, ratio_start, misfit, mean_square_speed, evidence, is_continuous);
+integrity!(MotionSums<T>: last_velocity, last_displacement, velocity, displacement, ratio_velocity, ratio_difference, ratio_residual, speed_envelope, travel, ratio, travel_start, ratio_start, misfit, mean_square_speed, evidence, is_continuous);
 
 /// The limits of the spool and its command.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,7 +119,7 @@ integrity!(SpoolLimits<T>: lag, drift, against_drift, difference, against);
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-pub(crate) struct SpoolComparison<T> {
+pub(crate) struct SpoolSums<T> {
     /// The valve model's opening after its first lag and after both.
     pub(super) first: T,
     pub(super) opening: T,
@@ -134,9 +134,9 @@ pub(crate) struct SpoolComparison<T> {
     pub(super) difference: Cusum<T>,
     pub(super) against: Cusum<T>,
 }
-integrity!(SpoolComparison<T>: first, opening, commanded, measured, commanded_mean, measured_mean, opening_envelope, difference, against);
+integrity!(SpoolSums<T>: first, opening, commanded, measured, commanded_mean, measured_mean, opening_envelope, difference, against);
 
-impl<T: Real> SpoolComparison<T> {
+impl<T: Real> SpoolSums<T> {
     /// The state of a spool at rest at an opening (1).
     pub(super) fn at(opening: T) -> Self {
         let [first, commanded, measured, commanded_mean, measured_mean] = [opening; 5];

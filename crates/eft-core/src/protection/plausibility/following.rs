@@ -4,7 +4,7 @@ use crate::learning::ModelFlow;
 use crate::number::Real;
 use crate::protection::plausibility::comparisons::Following;
 use crate::protection::plausibility::sums::low_pass;
-use crate::protection::plausibility::{ControllerValues, Plausibility, PlausibilityState};
+use crate::protection::plausibility::{Control, Plausibility, PlausibilityState};
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// Adds a tick's displacement (m) and velocity (m/s) to the derivative, and to the low-passes that delay as it does.
@@ -80,13 +80,13 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         state: &mut PlausibilityState<T>,
         [force, spool]: [T; 2],
         flow: &ModelFlow<T>,
-        controller: &ControllerValues<T>,
+        control: &Control<T>,
     ) {
         // The force before the first sample is unknown.
         let before = if state.flow_velocity.has_force { state.flow_velocity.force } else { force };
         let oil = self.oil * self.rate * (force - before);
         let opening_offset = state.opening_offset.at(spool - self.null_bias);
-        let valve_flow = controller.flow_gain * (flow.root * (flow.at_no_load + flow.slope * opening_offset));
+        let valve_flow = control.flow_gain * (flow.root * (flow.at_no_load + flow.slope * opening_offset));
         let flow_velocity = &mut state.flow_velocity;
         low_pass(
             &mut flow_velocity.valve,

@@ -59,7 +59,7 @@ impl<T: Real> LoadPressureWatch<T> {
         let pressure = gate.accept(&mut state.signal, self.jump, self.still, pressure);
         let difference = force - self.area * pressure;
         if difference.is_finite() {
-            let change = state.signal.slope() * self.latency;
+            let change = state.signal.slope * self.latency;
             let allowed = self.area * (T::splat(GAIN) * pressure.abs() + change.abs());
             state.sum.add(period * difference, period * (self.tolerance + allowed), self.limit);
         }

@@ -1,7 +1,7 @@
 //! The velocity compared with the displacement's derivative, v = ẋ: in travel, and in the ratio of the two.
 
 use crate::number::Real;
-use crate::protection::plausibility::comparisons::MotionComparison;
+use crate::protection::plausibility::comparisons::MotionSums;
 use crate::protection::plausibility::sums::{envelope, larger, low_pass};
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
@@ -34,7 +34,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let travelled =
             self.rate * (low_pass(&mut sums.displacement, self.residual_gain, displacement) - before);
         let envelope =
-            envelope(&mut sums.speed_envelope, self.envelope_decay, larger(filtered.abs(), travelled.abs()));
+            envelope(&mut sums.speed_envelope, self.decay, larger(filtered.abs(), travelled.abs()));
         if self.senses_velocity {
             let difference = filtered - travelled;
             let tolerance = T::splat(MOTION_TOLERANCE) * envelope + limits.drift;
@@ -52,7 +52,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
 
     /// Adds the ratio of velocity (m/s) and displacement, by their difference (m/s).
     #[inline(always)]
-    fn compare_ratio(&self, sums: &mut MotionComparison<T>, filtered: T, difference: T, residual: T) {
+    fn compare_ratio(&self, sums: &mut MotionSums<T>, filtered: T, difference: T, residual: T) {
         let (limits, one) = (&self.motion, T::splat(1.0));
         let speed = low_pass(&mut sums.ratio_velocity, self.ratio_gain, filtered);
         let difference = low_pass(&mut sums.ratio_difference, self.ratio_gain, difference);
@@ -61,34 +61,31 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let excess = difference * (self.per_reversal * speed).limit(-one, one);
         // In the direction of the motion a delay adds itself times the change of the velocity's size.
         // The rest of the share is a drift as well, and larger than that against noise in a fast motion.
-        let magnitude = speed.abs();
-        let tolerance = larger(
-            T::splat(MOTION_TOLERANCE) * magnitude,
-            T::splat(GAIN_TOLERANCE) * magnitude + limits.ratio_drift,
-        );
+        let size = speed.abs();
+        let tolerance =
+            larger(T::splat(MOTION_TOLERANCE) * size, T::splat(GAIN_TOLERANCE) * size + limits.ratio_drift);
         let change = [self.period * excess, self.period * tolerance, limits.ratio];
-        sums.ratio_start.add(&mut sums.ratio, change, [limits.latency, magnitude]);
+        sums.ratio_start.add(&mut sums.ratio, change, [limits.latency, size]);
         let differs = sums.travel.is_beyond(limits.travel, T::splat(NOISE_SHARE));
         sums.evidence.add(differs, difference, flow_residual, self.area);
         // The flow's residual vanishes with the correct one of the two.
         let misfit = difference * (flow_residual - T::splat(0.5) * (self.area * difference));
         low_pass(&mut sums.misfit, self.spool_gain, misfit);
-        let faster = larger(magnitude, (speed - difference).abs());
+        let faster = larger(size, (speed - difference).abs());
         low_pass(&mut sums.mean_square_speed, self.spool_gain, faster * faster);
     }
 
     /// Whether the travel is beyond a share of its limit, and what a delay may have added.
     #[inline(always)]
     pub(super) fn travels_beyond(&self, state: &PlausibilityState<T>, share: T) -> bool {
-        let (limits, MotionComparison { travel, travel_start, velocity, .. }) = (&self.motion, &state.motion);
+        let (limits, MotionSums { travel, travel_start, velocity, .. }) = (&self.motion, &state.motion);
         travel_start.is_beyond(travel, limits.travel, share, [limits.latency, *velocity])
     }
 
     /// The same of the ratio.
     #[inline(always)]
     pub(super) fn ratio_is_beyond(&self, state: &PlausibilityState<T>, share: T) -> bool {
-        let (limits, MotionComparison { ratio, ratio_start, ratio_velocity, .. }) =
-            (&self.motion, &state.motion);
+        let (limits, MotionSums { ratio, ratio_start, ratio_velocity, .. }) = (&self.motion, &state.motion);
         ratio_start.is_beyond(ratio, limits.ratio, share, [limits.latency, ratio_velocity.abs()])
     }
 }

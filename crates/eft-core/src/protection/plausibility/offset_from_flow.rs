@@ -3,7 +3,7 @@
 use crate::number::Real;
 use crate::protection::plausibility::spool::VALVE_TOLERANCE;
 use crate::protection::plausibility::sums::larger;
-use crate::protection::plausibility::{ControllerValues, Plausibility, PlausibilityState};
+use crate::protection::plausibility::{Control, Plausibility, PlausibilityState};
 use crate::signals::Input;
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
@@ -15,14 +15,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         state: &mut PlausibilityState<T>,
         [residual, slope]: [T; 2],
         spool: T,
-        controller: &ControllerValues<T>,
+        control: &Control<T>,
     ) {
         let modelled = state.stroke.opening;
         let opening_envelope = larger(spool.abs(), modelled.abs());
         let follows =
             (spool - modelled).abs() <= T::splat(VALVE_TOLERANCE) * opening_envelope + self.stroke.drift;
         // Beyond the table the flow has no slope.
-        if slope > T::splat(0.0) && (follows | !controller.valve_command.is_finite()) {
+        if slope > T::splat(0.0) && (follows | !control.valve_command.is_finite()) {
             state.opening_offset.add(residual / slope, spool - self.null_bias, self.period);
         }
     }
@@ -33,15 +33,15 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         &self,
         state: &mut PlausibilityState<T>,
         input: &Input<T>,
-        controller: &ControllerValues<T>,
+        control: &Control<T>,
     ) {
         let [force, others @ ..] = state.distrusted;
         let opened = input.spool - self.null_bias;
-        let model = self.model.flow(opened, opened, T::splat(0.0), controller.supply);
-        let slope = controller.flow_gain * model.root;
+        let model = self.model.flow(opened, opened, T::splat(0.0), control.supply);
+        let slope = control.flow_gain * model.root;
         let residual = self.area * state.velocity - slope * model.at_no_load;
         if force & !others.contains(&true) & input.spool.is_finite() {
-            self.average_offset(state, [residual, slope * model.slope], input.spool, controller);
+            self.average_offset(state, [residual, slope * model.slope], input.spool, control);
         }
     }
 

@@ -75,7 +75,7 @@ impl<T: Real> ReversalWatch<T> {
         period: T,
         [velocity, valve, oil]: [T; 3],
         prior_weight: T,
-        [far_from_command, tripped]: [bool; 2],
+        [large_error, tripped]: [bool; 2],
     ) -> Option<WrongSign> {
         let flow_velocity = valve - oil;
         let size = flow_velocity.abs();
@@ -83,7 +83,7 @@ impl<T: Real> ReversalWatch<T> {
         let least = T::splat(LEAST_OFFSET_SHARE);
         let offset = if prior_weight > least { prior_weight } else { least };
         let (oil_share, offset) =
-            if far_from_command | tripped { (OIL_FAR, offset) } else { (OIL, T::splat(1.0)) };
+            if large_error | tripped { (OIL_FAR, offset) } else { (OIL, T::splat(1.0)) };
         let drift = offset * offset * self.drift;
         let tolerance = T::splat(oil_share) * (oil * velocity).abs() * per_flow + drift;
         let add = |sum: &mut T, product: T| {

@@ -5,7 +5,7 @@ use crate::integrity::integrity;
 use crate::number::Real;
 use crate::protection::gate::Signal;
 use crate::protection::plausibility::comparisons::{
-    FlowBalance, FlowVelocity, FollowedMotion, MotionComparison, SpoolComparison,
+    FlowBalance, FlowVelocity, FollowedMotion, MotionSums, SpoolSums,
 };
 use crate::protection::plausibility::load_pressure::LoadPressureState;
 use crate::protection::plausibility::opening_offset::OpeningOffset;
@@ -18,21 +18,22 @@ use crate::velocity::FilteredDerivativeState;
 #[repr(C)]
 pub(crate) struct PlausibilityState<T> {
     pub(super) signals: [Signal<T>; 4],
-    pub(super) distrusted: [bool; 4],
+    /// The distrusted sensors, in the order of [`FORCE`](crate::protection::FORCE) and its siblings.
+    pub(crate) distrusted: [bool; 4],
     /// Set when the force is blamed for a flow balance that contains the velocity as well, or for a jump.
-    pub(super) blamed_by_balance: bool,
+    pub(crate) balance_blame: bool,
     /// Whether there has been a displacement.
     pub(super) has_displacement: bool,
     /// Command (N) and displacement (m) when force and velocity last changed.
     pub(super) last_changes: [T; 2],
     /// The velocity (m/s) from the displacement.
     pub(super) derivative: FilteredDerivativeState<T>,
-    pub(super) velocity: T,
+    pub(crate) velocity: T,
     /// The sensor's velocity (m/s) after the same low-passes.
     pub(super) filtered_velocity: [T; 2],
     pub(super) balance: FlowBalance<T>,
-    pub(super) motion: MotionComparison<T>,
-    pub(super) stroke: SpoolComparison<T>,
+    pub(super) motion: MotionSums<T>,
+    pub(super) stroke: SpoolSums<T>,
     pub(super) followed: FollowedMotion<T>,
     pub(super) flow_velocity: FlowVelocity<T>,
     pub(super) reversal: SignSums<T>,
@@ -40,7 +41,7 @@ pub(crate) struct PlausibilityState<T> {
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening.
     pub(super) opening_offset: OpeningOffset<T>,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, blamed_by_balance, has_displacement, last_changes, derivative, velocity, filtered_velocity, balance, motion, stroke, followed, flow_velocity, reversal, load_pressure, opening_offset);
+integrity!(PlausibilityState<T>: signals, distrusted, balance_blame, has_displacement, last_changes, derivative, velocity, filtered_velocity, balance, motion, stroke, followed, flow_velocity, reversal, load_pressure, opening_offset);
 
 impl<T: Real> PlausibilityState<T> {
     /// Distrusts a sensor from now on.
@@ -58,17 +59,9 @@ impl<T: Real> PlausibilityState<T> {
 
     /// The state before the first sample, with what is known of sensors and valve. The spool is at the known null (1).
     pub(crate) fn restarted(&self, null_bias: T) -> Self {
-        let Self { distrusted, blamed_by_balance, opening_offset, followed, .. } = *self;
-        let (load_pressure, stroke) = (self.load_pressure.restarted(), SpoolComparison::at(null_bias));
-        Self {
-            distrusted,
-            blamed_by_balance,
-            opening_offset,
-            followed,
-            load_pressure,
-            stroke,
-            ..Self::default()
-        }
+        let Self { distrusted, balance_blame, opening_offset, followed, .. } = *self;
+        let (load_pressure, stroke) = (self.load_pressure.restarted(), SpoolSums::at(null_bias));
+        Self { distrusted, balance_blame, opening_offset, followed, load_pressure, stroke, ..Self::default() }
     }
 
     /// The last accepted readings of force, displacement, velocity and spool; NaN before the first one.
@@ -86,34 +79,16 @@ impl<T: Real> PlausibilityState<T> {
         force.lost > 0 && force.jumped
     }
 
-    /// Whether the force is blamed for a flow balance that contains the velocity as well, or for a jump.
-    #[inline(always)]
-    pub(crate) fn blames_balance(&self) -> bool {
-        self.blamed_by_balance
-    }
-
     /// Whether the flow agrees better with the displacement than with the velocity.
     #[inline(always)]
     pub(crate) fn contradicts_velocity(&self) -> bool {
         !self.motion.evidence.is_of_displacement()
     }
 
-    /// The distrusted sensors, in the order of [`FORCE`] and its siblings.
-    #[inline(always)]
-    pub(crate) fn distrusted(&self) -> [bool; 4] {
-        self.distrusted
-    }
-
     /// The null bias (1) beyond the known one.
     #[inline(always)]
     pub(crate) fn null_bias(&self) -> T {
         self.opening_offset.null_bias()
-    }
-
-    /// The velocity (m/s) from the displacement.
-    #[inline(always)]
-    pub(crate) fn velocity(&self) -> T {
-        self.velocity
     }
 
     /// The velocity (m/s) by the flow balance.

@@ -119,8 +119,8 @@ pub(super) fn high_pass<T: Real>([first, second]: &mut [T; 2], share: T, value: 
 }
 
 #[inline(always)]
-pub(super) fn envelope<T: Real>(state: &mut T, envelope_decay: T, value: T) -> T {
-    let (size, held) = (value.abs(), envelope_decay * *state);
+pub(super) fn envelope<T: Real>(state: &mut T, decay: T, value: T) -> T {
+    let (size, held) = (value.abs(), decay * *state);
     *state = if size > held { size } else { held };
     *state
 }

@@ -73,7 +73,7 @@ fn watch_of(velocity: f64, noise: &PlausibilityParameters) -> Plausibility<f64, 
 }
 
 /// The nominal calibration and supply, without a known valve command.
-pub(super) const CONTROLLER: ControllerValues<f64> = ControllerValues {
+pub(super) const CONTROL: Control<f64> = Control {
     command: 0.0,
     valve_command: f64::NAN,
     flow_gain: 1.0,
@@ -97,13 +97,13 @@ fn named_by(
     readings: impl Fn(f64) -> Readings,
 ) -> Option<(f64, Cause)> {
     let mut state = PlausibilityState::default();
-    let controller = CONTROLLER;
+    let control = CONTROL;
     (0..(seconds * RIG.sample_rate) as u32).find_map(|n| {
         let time = f64::from(n) * STEP;
         let [force, displacement, velocity, spool] = readings(time);
         let input = Input { command: 0.0, force, displacement, velocity, spool, ..Input::default() };
         let input = watch.gate(&mut state, &input);
-        match watch.judge(&mut state, &input, input.velocity, &controller) {
+        match watch.judge(&mut state, &input, input.velocity, &control) {
             Cause::None => None,
             cause => Some((time, cause)),
         }
@@ -184,12 +184,12 @@ fn walk(drift: impl Fn(f64) -> f64) -> f64 {
         })
     };
     let (rate, mut state, mut largest) = (core::f64::consts::TAU * 9.0, PlausibilityState::default(), 0.0);
-    let controller = CONTROLLER;
+    let control = CONTROL;
     for time in (0..409_600).map(|n| f64::from(n) * STEP) {
         let displacement = -2e-3 / rate * libm::cos(rate * time) + noise.displacement_noise * deviation();
         let velocity = 1.036 * 2e-3 * libm::sin(rate * time) + noise.velocity_noise * deviation();
         let input = Input { force: 0.0, displacement, velocity, spool: 0.0, ..Input::default() };
-        watch.compare(&mut state, &input, velocity, &watch.valve_flow(&input, &controller), &controller);
+        watch.compare(&mut state, &input, velocity, &watch.valve_flow(&input, &control), &control);
         let Cusum { above, below } = state.motion.ratio;
         largest = f64::max(largest, f64::max(above, below) / watch.motion.ratio);
     }
@@ -270,12 +270,11 @@ fn follows(opening: f64, frequency: f64, bias: f64, latency: f64, turns: bool) -
     let swing = |time: f64| opening * libm::sin(core::f64::consts::TAU * frequency * time.max(0.0));
     (0..(4.0 * RIG.sample_rate) as u32).find_map(|n| {
         let time = f64::from(n) * STEP;
-        let controller =
-            ControllerValues { valve_command: swing(time) / RIG.valve_gain, flow_gain: 0.0, ..CONTROLLER };
+        let control = Control { valve_command: swing(time) / RIG.valve_gain, flow_gain: 0.0, ..CONTROL };
         let spool = bias + swing(time - RIG.response_delay - latency);
         let sign = if turns && time > 1.0 { -1.0 } else { 1.0 };
         let input = Input { force: 0.0, displacement: 0.0, spool: sign * spool, ..Input::default() };
-        match watch.judge(&mut state, &input, 0.0, &controller) {
+        match watch.judge(&mut state, &input, 0.0, &control) {
             Cause::None => None,
             cause => Some((time, cause)),
         }

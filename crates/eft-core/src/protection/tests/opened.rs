@@ -32,7 +32,7 @@ fn the_valve_closes_after_the_time_of_following_the_specimen() {
 fn without_a_velocity_the_valve_closes_at_once() {
     let (p, mut state) = (settling(), ProtectionState::default());
     state.shut_down_by(Cause::VelocityLost);
-    state.lose_motion();
+    state.motion_unknown = true;
     for n in 1..=150_u32 {
         let out = p.step(&mut state, &input(60.0, 60.0, 0.0, 0.0, 0.0));
         let left = (1.0 - 1e-2 * f64::from(n)).max(0.0);

@@ -87,11 +87,7 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
             &[0.1156239, 2.274800e-2, 2.274800e-2],
         ),
         ("valve", &[stroke.lag, watch.spool_gain, watch.valve_gain], &[8.517888e-2, 7.640603e-3, 0.1]),
-        (
-            "decays",
-            &[balance.fast_decay, watch.envelope_decay, following.fade],
-            &[0.9975486, 0.9984672, 0.9534451],
-        ),
+        ("decays", &[balance.fast_decay, watch.decay, following.fade], &[0.9975486, 0.9984672, 0.9534451]),
         ("flow's drifts", &[balance.drift, balance.fast_drift], &[4.419913e-4, 8.804801e-6]),
         ("flow's limits", &[balance.slow, balance.fast], &[2.668963e-5, 1.524783e-7]),
         ("turned", &[balance.wrong_sign, balance.null_drift], &[4.474831e-8, 1.757349e-4]),

@@ -47,24 +47,24 @@ fn known_for(time: f64) -> OpeningOffset<f64> {
 }
 
 /// The ticks until the displacement is found to have the wrong sign, at most a thousand.
-fn ticks(state: &mut PlausibilityState<f64>, far_from_command: bool, tripped: bool) -> Option<u32> {
-    ticks_of(Cause::DisplacementImplausible, state, far_from_command, tripped)
+fn ticks(state: &mut PlausibilityState<f64>, large_error: bool, tripped: bool) -> Option<u32> {
+    ticks_of(Cause::DisplacementImplausible, state, large_error, tripped)
 }
 
 /// The same of a cause.
 fn ticks_of(
     cause: Cause,
     state: &mut PlausibilityState<f64>,
-    far_from_command: bool,
+    large_error: bool,
     tripped: bool,
 ) -> Option<u32> {
-    (1..=1000).find(|_| watch().wrong_sign_cause(state, far_from_command, tripped) == cause)
+    (1..=1000).find(|_| watch().wrong_sign_cause(state, large_error, tripped) == cause)
 }
 
 #[test]
 fn a_tick_adds_the_path_that_each_wrong_sign_explains_better() {
     // Below 0.05 m/s by the flows the weight is smaller.
-    for (velocity, valve, oil, far_from_command, displacement, force) in [
+    for (velocity, valve, oil, large_error, displacement, force) in [
         (-0.2, 0.3, 0.02, false, 0.2 - (0.6 * 0.2 * 0.02 / 0.28 + 0.01), 0.0),
         (-0.2, 0.3, 0.02, true, 0.2 - (0.25 * 0.2 * 0.02 / 0.28 + 0.0004), 0.0),
         (0.2, -0.3, -0.02, true, 0.2 - (0.25 * 0.2 * 0.02 / 0.28 + 0.0004), 0.0),
@@ -73,7 +73,7 @@ fn a_tick_adds_the_path_that_each_wrong_sign_explains_better() {
         (0.5, 0.1, 0.1, false, 0.0, 0.4 * 2.0 - (0.6 * 0.5 * 2.0 + 0.01)),
     ] {
         let mut state = moving(velocity, valve, oil);
-        watch().wrong_sign_cause(&mut state, far_from_command, false);
+        watch().wrong_sign_cause(&mut state, large_error, false);
         let expected = [displacement, force].map(|gain: f64| 1e-3 * gain.max(0.0));
         let found = [state.reversal.motion, state.reversal.force];
         for (found, expected) in found.into_iter().zip(expected) {
@@ -162,17 +162,13 @@ fn after_the_displacement_has_failed_a_sensor_of_the_velocity_shows_the_motion()
 
 #[test]
 fn a_flow_of_the_oil_against_the_motion_is_of_the_force_unless_the_displacement_is_frozen() {
-    for (far_from_command, tripped, found) in
+    for (large_error, tripped, found) in
         [(false, false, Some(29)), (true, false, Some(7)), (true, true, Some(4))]
     {
         for sign in [1.0, -1.0] {
             let mut state = moving(sign * 0.2, sign * 0.05, sign * 0.15);
             (state.signals[SPOOL].last, state.stroke.opening) = (sign * 0.2, sign * 0.1);
-            assert_eq!(
-                ticks_of(Cause::ForceImplausible, &mut state, far_from_command, tripped),
-                found,
-                "{sign}"
-            );
+            assert_eq!(ticks_of(Cause::ForceImplausible, &mut state, large_error, tripped), found, "{sign}");
         }
     }
     let mut frozen = moving(0.2, 0.05, 0.15);

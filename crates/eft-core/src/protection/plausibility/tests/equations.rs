@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::protection::plausibility::balance::SETTLING_TIME;
-use crate::protection::plausibility::comparisons::{FlowBalance, MotionComparison, SpoolComparison};
+use crate::protection::plausibility::comparisons::{FlowBalance, MotionSums, SpoolSums};
 use crate::protection::plausibility::opening_offset::OpeningOffset;
 use crate::protection::plausibility::sums::{CusumStart, envelope, high_pass, low_pass};
 
@@ -24,7 +24,7 @@ pub(super) fn round() -> Plausibility<f64, 21> {
         residual_gain: 0.5,
         ratio_gain: 0.375,
         spool_gain: 0.125,
-        envelope_decay: 0.9,
+        decay: 0.9,
         per_reversal: 0.7,
         balance: FlowLimits {
             high: 0.25,
@@ -62,7 +62,7 @@ pub(super) fn before() -> PlausibilityState<f64> {
     PlausibilityState {
         balance: FlowBalance {
             age: 1.0,
-            last_valve_flow: 0.003,
+            last_flow: 0.003,
             valve_flow: 0.4,
             load_flow: 0.7,
             force: 3000.0,
@@ -77,7 +77,7 @@ pub(super) fn before() -> PlausibilityState<f64> {
             fast: sum,
             wrong_sign: sum,
         },
-        motion: MotionComparison {
+        motion: MotionSums {
             last_velocity: 0.26,
             last_displacement: 0.0098,
             velocity: 0.2,
@@ -93,9 +93,9 @@ pub(super) fn before() -> PlausibilityState<f64> {
             misfit: 0.002,
             mean_square_speed: 0.5,
             is_continuous: true,
-            ..MotionComparison::default()
+            ..MotionSums::default()
         },
-        stroke: SpoolComparison {
+        stroke: SpoolSums {
             first: 0.11,
             opening: 0.16,
             commanded: 0.13,
@@ -115,31 +115,24 @@ pub(super) fn input() -> Input<f64> {
     Input { force: FORCE, displacement: DISPLACEMENT, velocity: VELOCITY, spool: SPOOL, ..Input::default() }
 }
 
-pub(super) fn controller() -> ControllerValues<f64> {
-    ControllerValues {
-        command: 0.0,
-        valve_command: 1.0,
-        flow_gain: 1.2,
-        valve_gain: 1.0,
-        supply: 0.9,
-        tripped: false,
-    }
+pub(super) fn control() -> Control<f64> {
+    Control { command: 0.0, valve_command: 1.0, flow_gain: 1.2, valve_gain: 1.0, supply: 0.9, tripped: false }
 }
 
 pub(super) fn sum(
     watch: &Plausibility<f64, 21>,
     state: &mut PlausibilityState<f64>,
     input: &Input<f64>,
-    controller: &ControllerValues<f64>,
+    control: &Control<f64>,
 ) {
-    watch.compare(state, input, VELOCITY, &watch.valve_flow(input, controller), controller);
+    watch.compare(state, input, VELOCITY, &watch.valve_flow(input, control), control);
 }
 
 pub(super) fn summed(
     watch: &Plausibility<f64, 21>,
     mut state: PlausibilityState<f64>,
 ) -> PlausibilityState<f64> {
-    sum(watch, &mut state, &input(), &controller());
+    sum(watch, &mut state, &input(), &control());
     state
 }
 
@@ -255,7 +248,7 @@ fn only_near_null_an_overlap_hides_flow() {
     {
         let (watch, mut state) = (round(), before());
         state.balance.near_null = near_null;
-        sum(&watch, &mut state, &Input { spool, ..input() }, &controller());
+        sum(&watch, &mut state, &Input { spool, ..input() }, &control());
         near("nearness", 1.0 + state.balance.near_null, 1.0 + share);
     }
     // An overlap hides no more than the flow that changes.
@@ -294,7 +287,7 @@ fn the_spool_may_differ_from_its_command_by_three_tenths() {
     added("stroke", &state.stroke.difference, spool - commanded, 0.3 * envelope + 0.019);
     // Without a valve command there is nothing to compare.
     let mut state = before();
-    sum(&round(), &mut state, &input(), &ControllerValues { valve_command: f64::NAN, ..controller() });
+    sum(&round(), &mut state, &input(), &Control { valve_command: f64::NAN, ..control() });
     assert_eq!(state.stroke, before().stroke);
 }
 
@@ -339,7 +332,7 @@ fn the_valve_models_opening_has_two_lags_and_stops_at_the_ends() {
     let watch = round();
     for (valve_command, commanded) in [(1.5, 0.18), (-100.0, -1.0), (100.0, 1.0)] {
         let mut state = before();
-        watch.model_valve(&mut state, &ControllerValues { valve_command, valve_gain: 1.2, ..controller() });
+        watch.model_valve(&mut state, &Control { valve_command, valve_gain: 1.2, ..control() });
         let first = 0.11 + 0.2 * (commanded - 0.11);
         near("first", state.stroke.first, first);
         near("opening", state.spool(), 0.16 + 0.2 * (first - 0.16));

@@ -23,7 +23,7 @@ struct Steady {
 fn grown(rig: Steady) -> ([[f64; 2]; 7], f64) {
     let watch = watch();
     let mut state = PlausibilityState::default();
-    let controller = ControllerValues { valve_command: rig.valve_command, ..CONTROLLER };
+    let control = Control { valve_command: rig.valve_command, ..CONTROL };
     for n in 0..20_000 {
         if n == 19_999 {
             sums(&mut state).into_iter().for_each(|sum| *sum = Cusum::default());
@@ -33,7 +33,7 @@ fn grown(rig: Steady) -> ([[f64; 2]; 7], f64) {
         let Steady { force, velocity, spool, .. } = rig;
         let displacement = rig.travel * PERIOD * f64::from(n);
         let input = Input { command: 0.0, force, displacement, velocity, spool, ..Input::default() };
-        watch.judge(&mut state, &input, velocity, &controller);
+        watch.judge(&mut state, &input, velocity, &control);
     }
     (sums(&mut state).map(|sum| [sum.above, sum.below]), state.motion.misfit)
 }
@@ -98,9 +98,9 @@ fn first(force: f64, spool: f64, fast_velocity: bool) -> [[f64; 2]; 7] {
     let watch = Plausibility { fast_velocity, ..watch() };
     let mut state = PlausibilityState::default();
     state.balance.age = SETTLING_TIME;
-    let controller = CONTROLLER;
+    let control = CONTROL;
     let input = Input { command: 0.0, force, displacement: 0.0, velocity: 0.0, spool, ..Input::default() };
-    watch.compare(&mut state, &input, 0.0, &watch.valve_flow(&input, &controller), &controller);
+    watch.compare(&mut state, &input, 0.0, &watch.valve_flow(&input, &control), &control);
     sums(&mut state).map(|sum| [sum.above, sum.below])
 }
 
@@ -140,10 +140,10 @@ fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
 #[test]
 fn an_opening_near_null_counts_whole_and_fades_with_the_high_pass() {
     let (watch, mut state) = (watch(), PlausibilityState::default());
-    let controller = CONTROLLER;
+    let control = CONTROL;
     let mut near_null = |spool: f64| {
         let input = Input { command: 0.0, force: 0.0, displacement: 0.0, spool, ..Input::default() };
-        watch.compare(&mut state, &input, 0.0, &watch.valve_flow(&input, &controller), &controller);
+        watch.compare(&mut state, &input, 0.0, &watch.valve_flow(&input, &control), &control);
         state.balance.near_null
     };
     near("within 3 %", near_null(-0.029), 1.0);

@@ -28,31 +28,21 @@ fn with(of: usize, share: f64) -> PlausibilityState<f64> {
 
 /// The cause after a tick of a rig at rest, but for command and force (N).
 fn judged(state: &mut PlausibilityState<f64>, command: f64, force: f64) -> Cause {
-    let controller = ControllerValues {
-        command,
-        valve_command: 0.0,
-        flow_gain: 1.0,
-        valve_gain: 1.0,
-        supply: 1.0,
-        tripped: false,
-    };
-    watch().judge(state, &Input { force, ..REST }, 0.0, &controller)
+    let control =
+        Control { command, valve_command: 0.0, flow_gain: 1.0, valve_gain: 1.0, supply: 1.0, tripped: false };
+    watch().judge(state, &Input { force, ..REST }, 0.0, &control)
 }
 
 #[test]
 fn a_force_that_jumps_may_be_right_and_one_that_is_lost_not() {
-    for (signal, jumped, cause, blamed_by_balance) in [
+    for (signal, jumped, cause, balance_blame) in [
         (FORCE, true, Cause::ForceImplausible, true),
         (FORCE, false, Cause::ForceLost, false),
         (VELOCITY, true, Cause::VelocityImplausible, false),
     ] {
         let mut state = PlausibilityState::default();
         (state.signals[signal].lost, state.signals[signal].jumped) = (watch().lost_samples + 1, jumped);
-        assert_eq!(
-            (judged(&mut state, 0.0, 0.0), state.blames_balance()),
-            (cause, blamed_by_balance),
-            "{cause:?}"
-        );
+        assert_eq!((judged(&mut state, 0.0, 0.0), state.balance_blame), (cause, balance_blame), "{cause:?}");
     }
 }
 
@@ -88,21 +78,21 @@ fn a_doubted_velocity_is_followed_without_delay_in_the_direction_of_the_displace
 fn a_force_that_contradicts_the_flow_may_be_right_and_a_contradicted_motion_says_nothing_of_it() {
     for (of, cause) in [(FAST, Cause::ForceImplausible), (TRAVEL, Cause::DisplacementImplausible)] {
         let mut state = with(of, 1.2);
-        assert_eq!((judged(&mut state, 0.0, 0.0), state.blames_balance()), (cause, of == FAST));
+        assert_eq!((judged(&mut state, 0.0, 0.0), state.balance_blame), (cause, of == FAST));
     }
 }
 
 #[test]
 fn far_from_its_command_is_further_than_ten_deviations_and_a_part_of_the_trip_level() {
     // 10·78 N + 0.15·20 kN; half of a limit is enough then.
-    for (command, force, far_from_command) in [
+    for (command, force, large_error) in [
         (3781.0, 0.0, true),
         (-3781.0, 0.0, true),
         (3779.0, 0.0, false),
         (3000.0, 3000.0, false),
         (3000.0, -800.0, true),
     ] {
-        let cause = if far_from_command { Cause::DisplacementImplausible } else { Cause::None };
+        let cause = if large_error { Cause::DisplacementImplausible } else { Cause::None };
         assert_eq!(judged(&mut with(TRAVEL, 0.6), command, force), cause, "{command} {force}");
     }
 }
@@ -132,8 +122,8 @@ fn the_flows_are_compared_without_a_displacement_that_is_known_to_have_failed() 
     ] {
         let mut state = PlausibilityState::default();
         (state.motion.is_continuous, state.distrusted[DISPLACEMENT]) = (true, failed);
-        let (velocity, controller) = (0.1, ControllerValues { valve_command: 0.0, ..CONTROLLER });
-        watch().judge(&mut state, &Input { displacement, velocity, ..REST }, velocity, &controller);
+        let (velocity, control) = (0.1, Control { valve_command: 0.0, ..CONTROL });
+        watch().judge(&mut state, &Input { displacement, velocity, ..REST }, velocity, &control);
         let balance = &state.balance;
         assert_eq!(
             (balance.load_flow > 0.0, state.motion.is_continuous),

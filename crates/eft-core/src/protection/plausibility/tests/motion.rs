@@ -1,10 +1,10 @@
 //! The comparison of velocity and displacement in one tick, against its equations.
 
 use super::equations::{
-    DISPLACEMENT, PERIOD, VELOCITY, added, before, controller, flows, input, near, round, summed,
+    DISPLACEMENT, PERIOD, VELOCITY, added, before, control, flows, input, near, round, summed,
 };
 use super::*;
-use crate::protection::plausibility::comparisons::MotionComparison;
+use crate::protection::plausibility::comparisons::MotionSums;
 
 /// Velocity (m/s) by its sensor and by the displacement, low-passed.
 fn motions() -> [f64; 2] {
@@ -23,7 +23,7 @@ fn velocity_and_displacement_may_differ_by_a_twentieth() {
 fn a_sum_remembers_the_velocity_at_which_it_was_zero() {
     let [moved, _] = motions();
     let [forwards, backwards] = [0.21, -2.0].map(|speed| speed + 0.375 * (moved - speed));
-    let start = |motion: MotionComparison<f64>| [motion.travel_start, motion.ratio_start];
+    let start = |motion: MotionSums<f64>| [motion.travel_start, motion.ratio_start];
     assert_eq!(start(summed(&round(), before()).motion), start(before().motion));
     // The displacement is faster, so the lower side of the sum grows. Backwards it is the upper one of the ratio.
     for (speed, above, below) in [(0.21, forwards, 0.6), (-2.0, 0.5, -backwards)] {
@@ -73,7 +73,7 @@ fn the_residual_with_either_motion_tells_which_one_is_wrong() {
     let ([moved, travelled], [valve_flow, load_flow, oil]) = (motions(), flows());
     let difference = 0.04 + 0.375 * (moved - travelled - 0.04);
     // Without what the null bias leaves.
-    let model = round().valve_flow(&input(), &controller());
+    let model = round().valve_flow(&input(), &control());
     let biased = 1.2 * model.root * model.slope * before().opening_offset.null_bias();
     let residual = 0.05 + 0.375 * (load_flow + oil - valve_flow - biased - 0.05);
     // The residual's square with the velocity minus that with the displacement, over twice the area.

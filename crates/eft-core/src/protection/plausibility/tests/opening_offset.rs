@@ -1,6 +1,6 @@
 //! The null bias and the motion that a watch infers from the flow balance.
 
-use super::equations::{FORCE, PERIOD, SPOOL, before, controller, flows, input, near, round, summed};
+use super::equations::{FORCE, PERIOD, SPOOL, before, control, flows, input, near, round, summed};
 use super::*;
 use crate::protection::plausibility::comparisons::FlowVelocity;
 use crate::protection::plausibility::opening_offset::OpeningOffset;
@@ -48,9 +48,9 @@ fn a_spool_away_from_its_command_shows_no_missing_opening() {
         let mut with_force = before();
         with_force.stroke.opening = modelled;
         let mut without = PlausibilityState { distrusted: [true, false, false, false], ..with_force };
-        let (watch, controller) = (round(), ControllerValues { valve_command, ..controller() });
-        watch.compare(&mut with_force, &input(), 0.3, &watch.valve_flow(&input(), &controller), &controller);
-        watch.learn_null_without_force(&mut without, &input(), &controller);
+        let (watch, control) = (round(), Control { valve_command, ..control() });
+        watch.compare(&mut with_force, &input(), 0.3, &watch.valve_flow(&input(), &control), &control);
+        watch.learn_null_without_force(&mut without, &input(), &control);
         for state in [with_force, without] {
             assert_eq!(state.opening_offset != before().opening_offset, learns, "{modelled} {valve_command}");
         }
@@ -60,7 +60,7 @@ fn a_spool_away_from_its_command_shows_no_missing_opening() {
 #[test]
 fn without_the_force_the_missing_opening_is_learned_from_piston_and_spool() {
     let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
-    let (watch, controller) = (round(), controller());
+    let (watch, control) = (round(), control());
     let slope = (table.flow(0.201) - table.flow(SPOOL)) / 1e-3;
     let gain = 1.2 * libm::sqrt(0.9);
     for velocity in [0.5 * gain * table.flow(SPOOL) + 0.01 * gain * slope, 0.3] {
@@ -68,7 +68,7 @@ fn without_the_force_the_missing_opening_is_learned_from_piston_and_spool() {
             [([true, false, false, false], true), ([true, false, false, true], false), ([false; 4], false)]
         {
             let mut state = PlausibilityState { velocity, distrusted, ..before() };
-            watch.learn_null_without_force(&mut state, &input(), &controller);
+            watch.learn_null_without_force(&mut state, &input(), &control);
             let opening = (2.0 * velocity - gain * table.flow(SPOOL)) / (gain * slope);
             let expected = if learns { after(opening) } else { before().opening_offset };
             near("null bias", state.null_bias(), expected.null_bias());
@@ -76,7 +76,7 @@ fn without_the_force_the_missing_opening_is_learned_from_piston_and_spool() {
         }
     }
     let mut state = PlausibilityState { distrusted: [true, false, false, false], ..before() };
-    watch.learn_null_without_force(&mut state, &Input { spool: f64::NAN, ..input() }, &controller);
+    watch.learn_null_without_force(&mut state, &Input { spool: f64::NAN, ..input() }, &control);
     assert_eq!(state.opening_offset, before().opening_offset, "a lost spool");
 }
 
@@ -95,7 +95,7 @@ fn a_missing_and_an_added_opening_move_the_piston_by_the_slope_of_the_flow() {
 
 #[test]
 fn the_velocity_by_the_flow_balance_contains_null_bias_leakage_and_oil() {
-    let (watch, controller) = (round(), controller());
+    let (watch, control) = (round(), control());
     for (has_force, before_force) in [(false, FORCE), (true, 3.0)] {
         // Also before the first balanced sample, as after a new beginning with a distrusted sensor.
         let mut state = PlausibilityState {
@@ -103,9 +103,9 @@ fn the_velocity_by_the_flow_balance_contains_null_bias_leakage_and_oil() {
             ..before()
         };
         state.balance.age = 0.0;
-        let flow = watch.valve_flow(&input(), &controller);
+        let flow = watch.valve_flow(&input(), &control);
         let offset = state.opening_offset.at(SPOOL);
-        watch.update_flow_velocity(&mut state, [FORCE, SPOOL], &flow, &controller);
+        watch.update_flow_velocity(&mut state, [FORCE, SPOOL], &flow, &control);
         let valve_flow = 1.2 * (flow.root * (flow.at_no_load + offset * flow.slope));
         let oil = watch.oil * watch.rate * (FORCE - before_force);
         let velocity = (valve_flow - watch.leakage * FORCE - oil) / 2.0;
