@@ -67,14 +67,14 @@ def watch_shows(v: Case) -> Formulas:
 
 def preview_given(v: Case) -> Formulas:
     # `Plausibility::brake` makes at most 40 % of a level.
-    return {**_given(v), "brake": abs(v.state.brake_force) <= LARGEST}
+    return {**_given(v), "brake": abs(v.state.brake) <= LARGEST}
 
 
 def preview_shows(v: Case) -> Formulas:
     return {
         "finite": abs(v.result) <= 2.0 * LARGEST,
         "after a trip no further command is followed": (
-            is_set(v.state.tripped) & v.state.brake_force.within(0.0, 0.0)
+            is_set(v.state.tripped) & v.state.brake.within(0.0, 0.0)
         ).implies(abs(v.result) <= abs(v.state.command)),
     }
 

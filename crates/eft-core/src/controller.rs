@@ -45,9 +45,9 @@ pub struct Controller<S: Scalar, const N: usize> {
     realization: Realization,
     integral: Integral<S>,
     /// Overlap of the spool's lands.
-    overlap_step: OverlapStep<S>,
+    overlap: OverlapStep<S>,
 }
-integrity!(Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral, overlap_step);
+integrity!(Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral, overlap);
 
 /// The tick resumes at the new operating point after this many lost samples, which last longer than the gap time.
 pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
@@ -128,11 +128,10 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             CompensationInput { velocity, force: oil_force, spool, supply: supply.ratio, further_flow };
         let (opening, flags) = self.compensation.required_opening(&measured, calibration);
         let opening = if has_overlap {
-            let sum = self.overlap_step.combined_opening(opening, command - force, state.integral);
-            let low_passed_opening =
-                S::select(resumes, sum, self.overlap_step.low_passed(state.low_passed_opening, sum));
-            state.low_passed_opening = S::select(valid, low_passed_opening, state.low_passed_opening);
-            self.overlap_step.add_step(state.low_passed_opening, opening)
+            let sum = self.overlap.combined_opening(opening, command - force, state.integral);
+            let low_passed = S::select(resumes, sum, self.overlap.low_passed(state.low_passed, sum));
+            state.low_passed = S::select(valid, low_passed, state.low_passed);
+            self.overlap.add_step(state.low_passed, opening)
         } else {
             opening
         };
@@ -219,7 +218,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
 
     /// Whether any lane has an overlap.
     pub(crate) const fn has_overlap(&self) -> bool {
-        self.overlap_step.is_present()
+        self.overlap.is_present()
     }
 
     /// How the force loop is closed.
@@ -236,7 +235,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
             compensation: Compensation::pack(&|i| &lane(i).compensation),
             feedforward: Feedforward::pack(&|i| &lane(i).feedforward),
             friction: Friction::pack(&|i| &lane(i).friction),
-            overlap_step: OverlapStep::pack(&|i| &lane(i).overlap_step),
+            overlap: OverlapStep::pack(&|i| &lane(i).overlap),
             servovalve: ServovalveController::pack(&|i| &lane(i).servovalve),
             integral: Integral::pack(&|i| &lane(i).integral),
             limiter: Limiter::pack(&|i| &lane(i).limiter),

@@ -22,7 +22,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
         path: impl FnOnce(T) -> T,
     ) -> ControllerOutput<T> {
         let command = trusted.command;
-        let controller_input = ControllerInput {
+        let signals = ControllerInput {
             command,
             next_command: if parts.looks_ahead { self.preview(state, input.next_command) } else { command },
             velocity: trusted.velocity,
@@ -31,7 +31,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
             supply_pressure: input.supply_pressure,
         };
         let supply = if parts.measures_supply {
-            self.controller.supply(&mut state.controller, controller_input.supply_pressure)
+            self.controller.supply(&mut state.controller, signals.supply_pressure)
         } else {
             Supply::nominal()
         };
@@ -39,8 +39,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
             looks_ahead: parts.looks_ahead,
             integrates: parts.integrates,
             has_overlap: parts.has_overlap,
-            friction: parts.has_friction.then(|| self.controller.friction.against(controller_input.velocity)),
-            ..self.controller.sample(&state.controller, &controller_input, supply)
+            friction: parts.has_friction.then(|| self.controller.friction.against(signals.velocity)),
+            ..self.controller.sample(&state.controller, &signals, supply)
         };
         if !sample.valid {
             self.count_refused(parts, state, measured);
@@ -66,16 +66,13 @@ impl<T: Real, const N: usize> Channel<T, N> {
             self.controller.step_valid(&mut state.controller, sample, calibration, path)
         };
         if summed {
-            let now = Moment {
-                force: sample.oil_force(controller_input.force),
-                command: sample.oil_force(command),
-            };
-            state.window.add(true, measured, controller_input.spool, now);
+            let now = Moment { force: sample.oil_force(signals.force), command: sample.oil_force(command) };
+            state.window.add(true, measured, signals.spool, now);
             if parts.measures_supply {
                 state.window.supply = supply.ratio;
             }
             if parts.realization == Realization::Analog {
-                state.window.add_sampled_command(true, input.valve_command, controller_input.spool);
+                state.window.add_sampled_command(true, input.valve_command, signals.spool);
             }
         } else if self.learns {
             state.window.lose(true);

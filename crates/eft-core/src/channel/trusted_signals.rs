@@ -57,16 +57,16 @@ impl<T: Real, const N: usize> Channel<T, N> {
             (VELOCITY, status::VELOCITY_DISTRUSTED),
             (SPOOL, status::SPOOL_DISTRUSTED),
         ];
-        let is_distrusted = |signal: usize| distrusted.get(signal).copied().unwrap_or(false);
+        let distrusts = |signal: usize| distrusted.get(signal).copied().unwrap_or(false);
         for (signal, flag) in flags {
-            trusted.status |= if is_distrusted(signal) { flag } else { 0 };
+            trusted.status |= if distrusts(signal) { flag } else { 0 };
         }
         // A force far from its command may be wrong as well, and opens the loop.
         let loop_open = state.protection.is_shut_down();
         if state.protection.cause().is_of_sensors() || loop_open {
             // What was learned while the sensor was wrong is discarded.
             state.history.restore();
-            if (is_distrusted(FORCE) || loop_open) && !matches!(self.velocity, Velocity::Sensor) {
+            if (distrusts(FORCE) || loop_open) && !matches!(self.velocity, Velocity::Sensor) {
                 // The delay of an estimate depends on the motion's frequency, which changes when the loop opens. Too much
                 // lead makes a growing swing then, and too little a damped one.
                 state.history.reduce_lead(&self.controller.nominal());
@@ -83,18 +83,18 @@ impl<T: Real, const N: usize> Channel<T, N> {
             }
         }
         let zero = T::splat(0.0);
-        if is_distrusted(FORCE) {
+        if distrusts(FORCE) {
             trusted.force = zero;
         }
-        if is_distrusted(DISPLACEMENT) {
+        if distrusts(DISPLACEMENT) {
             trusted.displacement = zero;
         }
-        if is_distrusted(SPOOL) {
+        if distrusts(SPOOL) {
             trusted.spool = state.plausibility.spool();
         }
         let estimates_velocity = !matches!(self.velocity, Velocity::Sensor);
-        if is_distrusted(DISPLACEMENT) && (is_distrusted(VELOCITY) || estimates_velocity) {
-            if is_distrusted(FORCE) || is_distrusted(SPOOL) {
+        if distrusts(DISPLACEMENT) && (distrusts(VELOCITY) || estimates_velocity) {
+            if distrusts(FORCE) || distrusts(SPOOL) {
                 // Nothing shows the motion any more, so the valve closes from its present opening.
                 state.protection.shut_down_by(cause);
                 state.protection.motion_unknown = true;
@@ -103,9 +103,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 state.protection.motion_by_flow = true;
                 trusted.velocity = state.plausibility.velocity_by_flow();
             }
-        } else if is_distrusted(VELOCITY)
-            || is_distrusted(FORCE) && matches!(self.velocity, Velocity::Observer(..))
-        {
+        } else if distrusts(VELOCITY) || distrusts(FORCE) && matches!(self.velocity, Velocity::Observer(..)) {
             // An observer of displacement and force contains the wrong force.
             trusted.velocity = state.plausibility.velocity;
         }
@@ -173,11 +171,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     ) -> T {
         let zero = T::splat(0.0);
         let follows = protected.open && self.distrusts_velocity(state);
-        let velocity = if follows {
-            watch.agreed_velocity(&state.plausibility, trusted.velocity)
-        } else {
-            trusted.velocity
-        };
+        let velocity =
+            if follows { watch.agreed(&state.plausibility, trusted.velocity) } else { trusted.velocity };
         // Without a motion there is nothing to follow, and a closed valve drifts least.
         let at_rest = protected.open && watch.is_at_rest(&state.plausibility);
         let velocity = velocity * if at_rest { zero } else { protected.level };

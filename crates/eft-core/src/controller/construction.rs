@@ -23,7 +23,7 @@ macro_rules! constructor {
                 compensation: Compensation::<$t, N>::EMPTY,
                 feedforward: Feedforward::<$t>::OFF,
                 friction: Friction::<$t>::NONE,
-                overlap_step: OverlapStep::<$t>::NONE,
+                overlap: OverlapStep::<$t>::NONE,
                 servovalve: ServovalveController::<$t>::NONE,
                 limiter: Limiter::<$t>::CLOSED,
                 per_supply_pressure: 0.0,
@@ -42,7 +42,7 @@ macro_rules! constructor {
                     self.feedforward = check!(Feedforward::<$t>::new(p));
                 }
                 self.friction = check!(Friction::<$t>::new(p));
-                self.overlap_step = check!(OverlapStep::<$t>::new(p));
+                self.overlap = check!(OverlapStep::<$t>::new(p));
                 self.servovalve = check!(ServovalveController::<$t>::new(p));
                 self.limiter =
                     check!(Limiter::<$t>::new(p.valve_command, p.valve_command_rate, p.sample_rate));

@@ -21,9 +21,9 @@ pub struct ControllerState<S: Scalar> {
     /// The last valid ratio of the measured supply pressure to the configured one, less 1 (1).
     pub(super) supply: S,
     /// The low-passed opening (1) of a valve without overlap.
-    pub(super) low_passed_opening: S,
+    pub(super) low_passed: S,
 }
-integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, refused_samples, integral, supply, low_passed_opening);
+integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, refused_samples, integral, supply, low_passed);
 
 impl<S: Scalar> ControllerState<S> {
     /// The last valve command (V).
@@ -50,7 +50,7 @@ impl<S: Scalar> ControllerState<S> {
         Self {
             compensation: CompensationState::select(mask, yes.compensation, no.compensation),
             feedforward: FeedforwardState::select(mask, yes.feedforward, no.feedforward),
-            low_passed_opening: S::select(mask, yes.low_passed_opening, no.low_passed_opening),
+            low_passed: S::select(mask, yes.low_passed, no.low_passed),
             servovalve: ServovalveControllerState::select(mask, yes.servovalve, no.servovalve),
             integral: S::select(mask, yes.integral, no.integral),
             valve_command: S::select(mask, yes.valve_command, no.valve_command),

@@ -43,13 +43,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         let sample =
             CompensationInput { velocity, force: oil_force, spool, supply: supply.ratio, further_flow };
         let (opening, _) = self.compensation.required_opening(&sample, calibration);
-        let low_passed_opening =
-            self.overlap_step.combined_opening(opening, command - force, before.integral);
-        let opening = if self.has_overlap() {
-            self.overlap_step.add_step(low_passed_opening, opening)
-        } else {
-            opening
-        };
+        let low_passed = self.overlap.combined_opening(opening, command - force, before.integral);
+        let opening = if self.has_overlap() { self.overlap.add_step(low_passed, opening) } else { opening };
         let resumed_state = CompensationState::default().resumed(S::Mask::splat(true), opening);
         let compensation = self.compensation.advance(&resumed_state, opening, calibration);
         let (mut servovalve, integral) = (self.servovalve.at_rest(command, force), before.integral);
@@ -66,7 +61,7 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         ControllerState {
             compensation,
             feedforward,
-            low_passed_opening,
+            low_passed,
             servovalve,
             integral,
             valve_command,

@@ -61,7 +61,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(crate) null_bias: T,
     /// Coefficients (1): the low-pass of the residuals, that of velocity and difference before their ratio is compared, and
     /// that of the spool before it is compared with its command.
-    pub(super) residual_gain: T,
+    pub(super) low_gain: T,
     pub(super) ratio_gain: T,
     pub(super) spool_gain: T,
     /// Share (1) of the envelopes that remains in a sample.
@@ -74,15 +74,15 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) reversal: ReversalWatch<T>,
     pub(super) following: Following<T>,
     /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's, if the velocity is estimated.
-    pub(super) force_per_velocity: T,
+    pub(super) force_jump: T,
     /// Difference (N) at which the force counts as far from its command.
     pub(super) force_error_limit: T,
     /// Changes of command (N) and displacement (m) at which a working sensor must have changed.
-    pub(super) stuck_changes: [T; 2],
+    pub(super) changes: [T; 2],
     /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, residual_gain, ratio_gain, spool_gain, decay, per_reversal, balance, motion, stroke, reversal, following, force_per_velocity, force_error_limit, stuck_changes, load_pressure);
+integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low_gain, ratio_gain, spool_gain, decay, per_reversal, balance, motion, stroke, reversal, following, force_jump, force_error_limit, changes, load_pressure);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]
@@ -113,8 +113,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let [_, displacement, velocity, _] = &state.signals;
         let speed = if self.senses_velocity { velocity.last } else { state.velocity };
         // A velocity that was wrong makes a true force jump, until the valve has followed the other source.
-        let force_tolerance = self.gate.force_tolerance(force_tolerance, speed)
-            + self.force_per_velocity * state.followed.step.abs();
+        let force_tolerance =
+            self.gate.force_tolerance(force_tolerance, speed) + self.force_jump * state.followed.step.abs();
         let [_, still_change, ..] = self.gate.still_change;
         let [_, _, velocity_distrusted, _] = state.distrusted;
         // An estimate of the velocity must not follow it to zero.

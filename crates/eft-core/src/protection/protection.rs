@@ -56,7 +56,7 @@ const fn at_most(longest: f64, time: f64) -> f64 {
 }
 
 /// Share of the force's trip level by which a force that follows its command may differ from it.
-const FOLLOWING_TOLERANCE: f64 = 0.25;
+const FORCE_ERROR: f64 = 0.25;
 
 /// One sample's command and measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,10 +114,10 @@ impl<T: Real> Protection<T> {
         }
         count(&mut state.lost_commands, !command_valid);
         // The closed loop stops a motion that only the flow balance shows, with a smaller force than a closed valve.
-        let loop_stops_motion = state.motion_by_flow && !state.command_ramp.is_zero();
+        let loop_stops = state.motion_by_flow && !state.command_ramp.is_zero();
         let [mut warning, mut shutdown, mut valid] = [false, false, true];
         let mut cause = Cause::None;
-        for (limit, value, level_cause) in [
+        for (limit, value, exceeded) in [
             (&self.force, force, Cause::ForceLevel),
             (&self.displacement, displacement, Cause::DisplacementLevel),
             (&self.velocity, velocity, Cause::VelocityLevel),
@@ -131,9 +131,8 @@ impl<T: Real> Protection<T> {
                 // The levels are in this order.
                 warning = true;
                 if size > limit.trip {
-                    cause = if cause == Cause::None { level_cause } else { cause };
-                    shutdown |=
-                        size > limit.shutdown && !(loop_stops_motion && level_cause == Cause::ForceLevel);
+                    cause = if cause == Cause::None { exceeded } else { cause };
+                    shutdown |= size > limit.shutdown && !(loop_stops && exceeded == Cause::ForceLevel);
                 }
             }
         }
@@ -161,11 +160,10 @@ impl<T: Real> Protection<T> {
         if state.tripped.is_corrupt() || state.shut_down.is_corrupt() {
             (cause, shutdown) = (Cause::StateCorrupt, true);
         }
-        if let (Some(_), Cause::ForceLevel, false) = (&self.settle_ramp, cause, loop_stops_motion) {
+        if let (Some(_), Cause::ForceLevel, false) = (&self.settle_ramp, cause, loop_stops) {
             // A loop with a correct sensor keeps the force near its command.
             let share = state.command_ramp.share::<T>();
-            shutdown |=
-                (share * state.command - force).abs() > T::splat(FOLLOWING_TOLERANCE) * self.force.trip;
+            shutdown |= (share * state.command - force).abs() > T::splat(FORCE_ERROR) * self.force.trip;
         }
         state.trip_by(cause);
         state.shut_down.set_if(measurements_lost || shutdown || uncontrolled);
@@ -254,9 +252,9 @@ impl<T: Real> Protection<T> {
     /// The command (N) that the next [`step`](Self::step) will permit for a command (N), if nothing new happens.
     #[inline(always)]
     pub fn preview(&self, state: &ProtectionState<T>, command: T) -> T {
-        let follows_command = command.abs() <= T::splat(LARGEST) && !state.tripped.is_set();
-        self.next_command_ramp(state).share::<T>() * if follows_command { command } else { state.command }
-            - state.brake_force
+        let follows = command.abs() <= T::splat(LARGEST) && !state.tripped.is_set();
+        self.next_command_ramp(state).share::<T>() * if follows { command } else { state.command }
+            - state.brake
     }
 
     #[inline(always)]

@@ -32,7 +32,7 @@ pub struct ProtectionState<T> {
     /// Whether the motion is known from the flow balance alone.
     pub(crate) motion_by_flow: bool,
     /// Force (N) that the brake takes from the command.
-    pub(super) brake_force: T,
+    pub(super) brake: T,
     pub(super) cause: Cause,
     pub(super) tripped: Latch,
     pub(super) shut_down: Latch,
@@ -43,7 +43,7 @@ pub struct ProtectionState<T> {
     pub(super) timing: TimingState<T>,
     pub(super) oscillation: OscillationWatchState<T>,
 }
-integrity!(ProtectionState<T>: command_ramp, valve_ramp, command, lost_measurements, lost_commands, refused_samples, faulty_samples, fault_persists, motion_unknown, motion_by_flow, brake_force, cause, tripped, shut_down, settling, end_requested, timing, oscillation);
+integrity!(ProtectionState<T>: command_ramp, valve_ramp, command, lost_measurements, lost_commands, refused_samples, faulty_samples, fault_persists, motion_unknown, motion_by_flow, brake, cause, tripped, shut_down, settling, end_requested, timing, oscillation);
 
 impl<T: Real> ProtectionState<T> {
     /// Trips on request, at the last command: for an emergency stop, or another actuator of the same specimen.
@@ -83,7 +83,7 @@ impl<T: Real> ProtectionState<T> {
     /// The permitted command (N) without the brake's force (N).
     #[inline(always)]
     pub(crate) fn apply_brake(&mut self, brake: T, command: T) -> T {
-        self.brake_force = brake;
+        self.brake = brake;
         command - brake
     }
 

@@ -30,12 +30,12 @@ const PRESSURE_TIME: f64 = 5.0e-4;
 const REVERSAL_VELOCITY: f64 = 0.01;
 /// The brake's largest force as a share of the force's warning level, so that it does not warn, or of the capacity without
 /// a level. It is reached at this share of the velocity's trip level.
-const BRAKE_FORCE: f64 = 0.4;
+const BRAKE: f64 = 0.4;
 const BRAKE_OF_CAPACITY: f64 = 0.05;
 const FULL_BRAKE_VELOCITY: f64 = 1.0 / 6.0;
 /// Share of friction's oil flow that is allowed for a force of the wrong sign. It is small, because friction does not
 /// reverse a sign.
-const WRONG_SIGN_SHARE: f64 = 0.25;
+const WRONG_SIGN: f64 = 0.25;
 /// Opening (1) times time (s) that a spool may move against its command, as it does for a moment after a null bias of 3 %
 /// appears.
 const OPPOSED_TRAVEL: f64 = 6.0e-4;
@@ -45,7 +45,7 @@ const SPOOL_CORNER: f64 = 5.0;
 /// it is [`FASTEST_MOTION`].
 const FASTEST_SIGNAL: f64 = 30.0;
 /// Share of the actuator's capacity by which friction may change the force at once.
-const FRICTION_SHARE: f64 = 0.01;
+const FRICTION: f64 = 0.01;
 /// Share of the greatest flow that null bias, overlap and leakage may leave, and the share of it that changes fast.
 const FLOW_OFFSET: f64 = 0.05;
 const FAST_FLOW_OFFSET: f64 = 7.0e-4;
@@ -148,21 +148,19 @@ macro_rules! constructor {
                 // Without a level, the displacement in a tenth of a second at full flow.
                 // Without a warning level the trip level is the warning's.
                 let warning = level(protection.force.warning, protection.force.trip);
-                let brake =
-                    if warning < LARGEST { BRAKE_FORCE * warning } else { BRAKE_OF_CAPACITY * capacity };
+                let brake = if warning < LARGEST { BRAKE * warning } else { BRAKE_OF_CAPACITY * capacity };
                 let displacement = level(protection.displacement.trip, 0.1 * full_flow / area);
                 let velocity = level(protection.velocity.trip, full_flow / area);
                 let spool = level(protection.spool.trip, 1.0);
                 let angle = core::f64::consts::TAU * FASTEST_SIGNAL / rate;
                 let motion_angle = core::f64::consts::TAU * FASTEST_MOTION / rate;
                 // A third more, for the noise of the prediction.
-                let noise_bound = 1.33 * deviations;
+                let spread = 1.33 * deviations;
                 let senses_velocity = matches!(p.velocity_source, VelocitySource::Sensor);
                 let motion_tolerance = ESTIMATED_GATE * velocity * FASTEST_MOTION / (SLOPE_CORNER * rate);
                 // Without a level every reading is within reach.
                 let has_level = protection.displacement.trip < LARGEST;
-                let noise_tolerance =
-                    if has_level { noise_bound * displacement_noise } else { f32::MAX as f64 };
+                let noise_tolerance = if has_level { spread * displacement_noise } else { f32::MAX as f64 };
                 let low = share(RESIDUAL_CORNER, rate);
                 let flow_noise = area * velocity_noise + full_flow * spool_noise;
                 // Three standard deviations of white noise after the low-pass, and the range of the sums of the
@@ -198,7 +196,7 @@ macro_rules! constructor {
                     let pressure_noise = force_noise / area;
                     Some(LoadPressureWatch {
                         area: area as $t,
-                        jump: (FORCE_GATE * (noise_bound * pressure_noise + angle * force / area)) as $t,
+                        jump: (FORCE_GATE * (spread * pressure_noise + angle * force / area)) as $t,
                         still: (STILL_CHANGE * pressure_noise) as $t,
                         tolerance: (tolerance + 4.0 * force_noise) as $t,
                         latency: (PRESSURE_LATENCY * rate) as $t,
@@ -212,14 +210,14 @@ macro_rules! constructor {
                     model: FlowModel::<$t, N>::EMPTY,
                     gate: SensorGate {
                         tolerance: [
-                            (FORCE_GATE * (noise_bound * force_noise + angle * force)) as $t,
+                            (FORCE_GATE * (spread * force_noise + angle * force)) as $t,
                             (noise_tolerance + angle * displacement) as $t,
-                            (noise_bound * velocity_noise + motion_angle * velocity) as $t,
-                            (noise_bound * spool_noise + angle * spool) as $t,
+                            (spread * velocity_noise + motion_angle * velocity) as $t,
+                            (spread * spool_noise + angle * spool) as $t,
                         ],
                         displacement_tolerance: (noise_tolerance + motion_tolerance) as $t,
                         tolerance_growth: motion_tolerance as $t,
-                        friction_jump: (FRICTION_SHARE * capacity) as $t,
+                        friction_jump: (FRICTION * capacity) as $t,
                         reversal_velocity: (NEAR_REVERSAL * velocity) as $t,
                         still_change: [
                             (STILL_CHANGE * force_noise) as $t,
@@ -247,7 +245,7 @@ macro_rules! constructor {
                     oil: (compressibility / area) as $t,
                     valve_gain: valve_gain as $t,
                     null_bias: check!(null_bias(p)) as $t,
-                    residual_gain: low as $t,
+                    low_gain: low as $t,
                     ratio_gain: fine as $t,
                     spool_gain: share(SPOOL_CORNER, rate) as $t,
                     decay: (1.0 - share(1.0, rate)) as $t,
@@ -259,9 +257,9 @@ macro_rules! constructor {
                         fast_drift: (drift_factor * flow_noise + FAST_FLOW_OFFSET * full_flow) as $t,
                         null_drift: (OVERLAP_FLOW * full_flow) as $t,
                         slow: (1.5 * area * travel + flow_walk) as $t,
-                        fast: (FRICTION_SHARE * capacity * compressibility / area + flow_walk) as $t,
-                        wrong_sign: (WRONG_SIGN_SHARE * FRICTION_SHARE * capacity * compressibility / area
-                            + flow_walk) as $t,
+                        fast: (FRICTION * capacity * compressibility / area + flow_walk) as $t,
+                        wrong_sign: (WRONG_SIGN * FRICTION * capacity * compressibility / area + flow_walk)
+                            as $t,
                     },
                     motion: MotionLimits {
                         drift: (drift_factor * velocity_noise) as $t,
@@ -278,7 +276,7 @@ macro_rules! constructor {
                         against: OPPOSED_TRAVEL as $t,
                     },
                     following: Following {
-                        flow_velocity_gain: share(FLOW_VELOCITY_CORNER, rate) as $t,
+                        low_gain: share(FLOW_VELOCITY_CORNER, rate) as $t,
                         fade: (1.0 - 1.0 / (1.0 + delay * rate)) as $t,
                         brake: brake as $t,
                         per_brake_velocity: (1.0 / (FULL_BRAKE_VELOCITY * velocity)) as $t,
@@ -288,16 +286,13 @@ macro_rules! constructor {
                         drift: (0.25 * offset) as $t,
                         limit: reversal_path as $t,
                     },
-                    force_per_velocity: if senses_velocity {
+                    force_jump: if senses_velocity {
                         0.0
                     } else {
                         (area * area / (compressibility * rate)) as $t
                     },
                     force_error_limit: (10.0 * force_noise + 0.15 * force) as $t,
-                    stuck_changes: [
-                        (10.0 * force_noise + 0.02 * force) as $t,
-                        (10.0 * displacement_noise) as $t,
-                    ],
+                    changes: [(10.0 * force_noise + 0.02 * force) as $t, (10.0 * displacement_noise) as $t],
                     load_pressure,
                 });
                 match place {

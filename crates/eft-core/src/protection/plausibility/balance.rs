@@ -39,7 +39,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let flow = control.flow_gain * (model.root * model.at_no_load);
         // The means over the tick, as for the differences of force and displacement.
         let valve_flow =
-            low_pass(&mut sums.valve_flow, self.residual_gain, T::splat(0.5) * (flow + sums.last_flow));
+            low_pass(&mut sums.valve_flow, self.low_gain, T::splat(0.5) * (flow + sums.last_flow));
         sums.last_flow = flow;
         if !(sums.age > T::splat(0.0)) {
             // The force before the first sample is unknown.
@@ -50,14 +50,13 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             sums.age = sums.age + self.period;
         }
         let leakage_flow = self.leakage * input.force;
-        let load_flow = low_pass(&mut sums.load_flow, self.residual_gain, self.area * speed + leakage_flow);
+        let load_flow = low_pass(&mut sums.load_flow, self.low_gain, self.area * speed + leakage_flow);
         let before = sums.force;
-        let oil =
-            self.oil * self.rate * (low_pass(&mut sums.force, self.residual_gain, input.force) - before);
+        let oil = self.oil * self.rate * (low_pass(&mut sums.force, self.low_gain, input.force) - before);
         let residual = load_flow + oil - valve_flow;
-        let envelope =
+        let largest =
             envelope(&mut sums.flow_envelope, self.decay, larger(valve_flow.abs(), load_flow.abs()));
-        let tolerance = T::splat(FLOW_ERROR) * envelope + T::splat(OIL_ERROR) * oil.abs() + limits.drift;
+        let tolerance = T::splat(FLOW_ERROR) * largest + T::splat(OIL_ERROR) * oil.abs() + limits.drift;
         sums.slow.add(self.period * residual, self.period * tolerance, limits.slow);
         self.add_fast_flow(sums, [residual, valve_flow, oil], input.spool - self.null_bias, settling);
         residual

@@ -133,7 +133,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     ) -> Cause {
         let [force, _, speed, _] = &state.signals;
         let [command_at_change, displacement_at_change] = &mut state.last_changes;
-        let [force_change, motion_change] = self.stuck_changes;
+        let [force_change, motion_change] = self.changes;
         if force.repeats == 0 {
             *command_at_change = command;
         }

@@ -148,14 +148,14 @@ impl<T: Real> SpoolSums<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Following<T> {
     /// Coefficient (1) of the low-pass of the velocity by the flow balance.
-    pub(in crate::protection) flow_velocity_gain: T,
+    pub(in crate::protection) low_gain: T,
     /// Share (1) of the step between two sources of the velocity that remains after a sample.
     pub(in crate::protection) fade: T,
     /// The brake's largest force (N), and the reciprocal of the velocity (s/m) from which on it has this force.
     pub(in crate::protection) brake: T,
     pub(in crate::protection) per_brake_velocity: T,
 }
-integrity!(Following<T>: flow_velocity_gain, fade, brake, per_brake_velocity);
+integrity!(Following<T>: low_gain, fade, brake, per_brake_velocity);
 
 /// The followed motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

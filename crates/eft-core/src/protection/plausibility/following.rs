@@ -20,8 +20,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
         if velocity.is_finite() {
             let [first, second] = &mut state.filtered_velocity;
-            let once = low_pass(first, self.residual_gain, velocity);
-            low_pass(second, self.residual_gain, once);
+            let once = low_pass(first, self.low_gain, velocity);
+            low_pass(second, self.low_gain, once);
         }
     }
 
@@ -44,7 +44,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     /// The velocity (m/s) to follow if that of the sensor may be wrong. It is the displacement's derivative, with what the
     /// derivative's low-passes remove: the sensor's share above their corner, in the direction in which the two agree.
     #[inline(always)]
-    pub(crate) fn agreed_velocity(&self, state: &PlausibilityState<T>, velocity: T) -> T {
+    pub(crate) fn agreed(&self, state: &PlausibilityState<T>, velocity: T) -> T {
         let ([_, filtered_velocity], slow, one) = (state.filtered_velocity, state.velocity, T::splat(1.0));
         let [_, _, distrusted, _] = state.distrusted;
         if distrusted | !velocity.is_finite() {
@@ -87,13 +87,13 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let oil = self.oil * self.rate * (force - before);
         let opening_offset = state.opening_offset.at(spool - self.null_bias);
         let valve_flow = control.flow_gain * (flow.root * (flow.at_no_load + flow.slope * opening_offset));
-        let flow_velocity = &mut state.flow_velocity;
+        let velocity = &mut state.flow_velocity;
         low_pass(
-            &mut flow_velocity.valve,
-            self.following.flow_velocity_gain,
+            &mut velocity.valve,
+            self.following.low_gain,
             (valve_flow - self.leakage * force) / self.area,
         );
-        low_pass(&mut flow_velocity.oil, self.following.flow_velocity_gain, oil / self.area);
-        (flow_velocity.force, flow_velocity.has_force) = (force, true);
+        low_pass(&mut velocity.oil, self.following.low_gain, oil / self.area);
+        (velocity.force, velocity.has_force) = (force, true);
     }
 }

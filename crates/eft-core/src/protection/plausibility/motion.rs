@@ -6,9 +6,9 @@ use crate::protection::plausibility::sums::{envelope, larger, low_pass};
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 
 /// Share by which velocity and displacement may differ.
-const MOTION_TOLERANCE: f64 = 0.05;
+const MOTION_ERROR: f64 = 0.05;
 /// Share by which the gains of two sound sensors differ: 2 % each.
-const GAIN_TOLERANCE: f64 = 0.04;
+const GAIN_ERROR: f64 = 0.04;
 /// Share of the motion's limit below which its sum may be noise.
 const NOISE_SHARE: f64 = 0.15;
 
@@ -23,7 +23,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         [residual, slope]: [T; 2],
     ) {
         let (limits, sums) = (&self.motion, &mut state.motion);
-        let filtered = low_pass(&mut sums.velocity, self.residual_gain, speed);
+        let filtered = low_pass(&mut sums.velocity, self.low_gain, speed);
         if !sums.is_continuous {
             // For the motion before the first sample, or during lost samples, there is no velocity.
             let travelled = displacement - sums.last_displacement - self.period * speed;
@@ -31,28 +31,21 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
         (sums.last_displacement, sums.is_continuous) = (displacement, true);
         let before = sums.displacement;
-        let travelled =
-            self.rate * (low_pass(&mut sums.displacement, self.residual_gain, displacement) - before);
-        let envelope =
-            envelope(&mut sums.speed_envelope, self.decay, larger(filtered.abs(), travelled.abs()));
+        let travelled = self.rate * (low_pass(&mut sums.displacement, self.low_gain, displacement) - before);
+        let largest = envelope(&mut sums.speed_envelope, self.decay, larger(filtered.abs(), travelled.abs()));
         if self.senses_velocity {
             let difference = filtered - travelled;
-            let tolerance = T::splat(MOTION_TOLERANCE) * envelope + limits.drift;
+            let tolerance = T::splat(MOTION_ERROR) * largest + limits.drift;
             let change = [self.period * difference, self.period * tolerance, limits.travel];
             sums.travel_start.add(&mut sums.travel, change, [limits.latency, filtered]);
             // In a slow motion a null bias leaves more than a wrong sign.
-            self.compare_ratio(
-                sums,
-                filtered,
-                difference,
-                residual - slope * state.opening_offset.null_bias(),
-            );
+            self.add_ratio(sums, filtered, difference, residual - slope * state.opening_offset.null_bias());
         }
     }
 
     /// Adds the ratio of velocity (m/s) and displacement, by their difference (m/s).
     #[inline(always)]
-    fn compare_ratio(&self, sums: &mut MotionSums<T>, filtered: T, difference: T, residual: T) {
+    fn add_ratio(&self, sums: &mut MotionSums<T>, filtered: T, difference: T, residual: T) {
         let (limits, one) = (&self.motion, T::splat(1.0));
         let speed = low_pass(&mut sums.ratio_velocity, self.ratio_gain, filtered);
         let difference = low_pass(&mut sums.ratio_difference, self.ratio_gain, difference);
@@ -63,7 +56,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         // The rest of the share is a drift as well, and larger than that against noise in a fast motion.
         let size = speed.abs();
         let tolerance =
-            larger(T::splat(MOTION_TOLERANCE) * size, T::splat(GAIN_TOLERANCE) * size + limits.ratio_drift);
+            larger(T::splat(MOTION_ERROR) * size, T::splat(GAIN_ERROR) * size + limits.ratio_drift);
         let change = [self.period * excess, self.period * tolerance, limits.ratio];
         sums.ratio_start.add(&mut sums.ratio, change, [limits.latency, size]);
         let differs = sums.travel.is_beyond(limits.travel, T::splat(NOISE_SHARE));

@@ -28,9 +28,9 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let (limits, sums) = (&self.stroke, &mut state.stroke);
         let commanded = low_pass(&mut sums.commanded, self.spool_gain, sums.opening);
         let measured = low_pass(&mut sums.measured, self.spool_gain, spool);
-        let envelope =
+        let largest =
             envelope(&mut sums.opening_envelope, self.decay, larger(commanded.abs(), measured.abs()));
-        let tolerance = T::splat(VALVE_TOLERANCE) * envelope + limits.drift;
+        let tolerance = T::splat(VALVE_TOLERANCE) * largest + limits.drift;
         sums.difference.add(self.period * (measured - commanded), self.period * tolerance, limits.difference);
         // A null bias is no part of the swings about their means.
         let commanded = commanded - low_pass(&mut sums.commanded_mean, self.spool_gain, commanded);

@@ -52,11 +52,11 @@ fn the_gate_of_a_displacement_that_shows_the_velocity_is_as_wide_as_noise_and_ac
         near("near", watch.gate.displacement_tolerance, jump);
         near("bend", watch.gate.tolerance_growth, 7.324219e-05);
         // The area's square over compressibility and rate.
-        near("kick", watch.force_per_velocity, 2.177791e+04);
+        near("kick", watch.force_jump, 2.177791e+04);
         // After the velocity's sensor has failed as well.
         let with_sensor = put(&Parameters::ZHAO2005, &protection, &PlausibilityParameters::DEFAULT).unwrap();
         assert_eq!(with_sensor.gate, watch.gate);
-        assert_eq!(with_sensor.force_per_velocity.to_bits(), 0);
+        assert_eq!(with_sensor.force_jump.to_bits(), 0);
     }
 }
 
@@ -81,11 +81,7 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
         ("gate", &[watch.gate.liveliness_gain, watch.gate.slope_gain], &[1.532805e-3, 8.798962e-2]),
         ("chance", &[watch.gate.still_probability], &[1.455192e-11]),
         ("oil", &[watch.leakage, watch.oil], &[1.583049e-9, 9.206040e-11]),
-        (
-            "shares",
-            &[watch.residual_gain, balance.high, watch.ratio_gain],
-            &[0.1156239, 2.274800e-2, 2.274800e-2],
-        ),
+        ("shares", &[watch.low_gain, balance.high, watch.ratio_gain], &[0.1156239, 2.274800e-2, 2.274800e-2]),
         ("valve", &[stroke.lag, watch.spool_gain, watch.valve_gain], &[8.517888e-2, 7.640603e-3, 0.1]),
         ("decays", &[balance.fast_decay, watch.decay, following.fade], &[0.9975486, 0.9984672, 0.9534451]),
         ("flow's drifts", &[balance.drift, balance.fast_drift], &[4.419913e-4, 8.804801e-6]),
@@ -98,11 +94,7 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
         ("of velocity", &[watch.per_reversal, motion.latency], &[83.33333, 2e-3]),
         ("wrong sign", &[watch.reversal.slow, watch.reversal.limit], &[5.349941e-02, 2.123337e-04]),
         ("its drift", &[watch.reversal.drift], &[1.337485e-02]),
-        (
-            "force",
-            &[watch.force_error_limit, watch.stuck_changes[0], watch.stuck_changes[1]],
-            &[3780.0, 1180.0, 6.35e-4],
-        ),
+        ("force", &[watch.force_error_limit, watch.changes[0], watch.changes[1]], &[3780.0, 1180.0, 6.35e-4]),
         ("rates", &[watch.rate, watch.period, watch.area], &[4096.0, 2.44140625e-4, 8.212e-3]),
     ];
     for (name, found, expected) in all {

@@ -16,7 +16,7 @@ fn watch() -> Plausibility<f64, 21> {
         lost_samples: 3,
         period: 1e-3,
         area: 2.0,
-        stuck_changes: [100.0, 0.01],
+        changes: [100.0, 0.01],
         ..tests::watch()
     };
     limits(&mut watch).into_iter().for_each(|limit| *limit = 1.0);

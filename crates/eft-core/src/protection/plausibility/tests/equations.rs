@@ -21,7 +21,7 @@ pub(super) fn round() -> Plausibility<f64, 21> {
         area: 2.0,
         leakage: 1e-4,
         oil: 1e-7,
-        residual_gain: 0.5,
+        low_gain: 0.5,
         ratio_gain: 0.375,
         spool_gain: 0.125,
         decay: 0.9,
@@ -38,7 +38,7 @@ pub(super) fn round() -> Plausibility<f64, 21> {
         },
         motion: MotionLimits { drift: 0.017, ratio_drift: 0.007, travel: 92.0, ratio: 95.0, latency: 0.003 },
         stroke: SpoolLimits { lag: 0.2, drift: 0.019, against_drift: 0.001, difference: 93.0, against: 96.0 },
-        following: Following { flow_velocity_gain: 0.3, ..watch.following },
+        following: Following { low_gain: 0.3, ..watch.following },
         senses_velocity: true,
         fast_velocity: true,
         ..watch

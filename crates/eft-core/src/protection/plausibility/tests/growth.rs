@@ -108,15 +108,15 @@ fn first(force: f64, spool: f64, fast_velocity: bool) -> [[f64; 2]; 7] {
 fn above_the_motions_frequencies_the_force_shows_in_the_oils_flow() {
     let Parameters { compressibility, leakage, .. } = Parameters::ZHAO2005;
     // A low-pass of 80 Hz passes a ninth of a step, and two high-passes of 15 Hz nearly all of that.
-    let (residual_gain, once) = (0.1156239, 1.0 - 0.02274800);
+    let (low_gain, once) = (0.1156239, 1.0 - 0.02274800);
     let twice = once * once;
     for (force, opening, flow, overlap) in
         [(-2e3, 0.1, AT_ONE_TENTH, 0.0), (-4e3, 0.1, AT_ONE_TENTH, 0.0), (2e3, 0.02, 0.2 * AT_ONE_TENTH, 1.0)]
     {
         let root = libm::sqrt(1.0 - force / (AREA * 1.9e7));
-        let valve_flow = residual_gain * 0.5 * root * flow;
-        let load_flow = residual_gain * leakage / AREA * force;
-        let oil = compressibility / AREA * 4096.0 * residual_gain * force;
+        let valve_flow = low_gain * 0.5 * root * flow;
+        let load_flow = low_gain * leakage / AREA * force;
+        let oil = compressibility / AREA * 4096.0 * low_gain * force;
         // Within 3 % of null an overlap may block the flow.
         let overlap_flow = overlap * once * valve_flow;
         let drift = watch().balance.fast_drift;

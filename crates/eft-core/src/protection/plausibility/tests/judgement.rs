@@ -52,7 +52,7 @@ fn a_doubted_velocity_is_followed_without_delay_in_the_direction_of_the_displace
     let moves = |velocity: f64, sensed: f64| {
         let mut state = PlausibilityState::default();
         (state.velocity, state.filtered_velocity) = (velocity, [0.0, 0.9 * sensed]);
-        watch.agreed_velocity(&state, sensed)
+        watch.agreed(&state, sensed)
     };
     // The low-passes lag behind by a tenth. A correct sensor's reading is followed, and minus that of a wrong sign.
     for (velocity, sensed, followed) in [
@@ -71,7 +71,7 @@ fn a_doubted_velocity_is_followed_without_delay_in_the_direction_of_the_displace
     let mut state =
         PlausibilityState { velocity: 0.45, filtered_velocity: [0.45; 2], ..PlausibilityState::default() };
     state.distrust(Cause::VelocityImplausible);
-    assert!((watch.agreed_velocity(&state, 0.5) - 0.45).abs() < 1e-12);
+    assert!((watch.agreed(&state, 0.5) - 0.45).abs() < 1e-12);
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn a_force_jumps_while_it_is_lost_to_the_gate() {
 /// Whether a reading this far from its prediction passes the gate of a watch, after lost samples and with a fading step of
 /// the velocity (m/s). The velocity may have a sensor, and may be distrusted.
 fn passes([senses, distrusts]: [bool; 2], lost: u32, step: f64, of: usize, beyond: f64) -> bool {
-    let mut watch = Plausibility { senses_velocity: senses, force_per_velocity: 10.0, ..watch() };
+    let mut watch = Plausibility { senses_velocity: senses, force_jump: 10.0, ..watch() };
     (watch.gate.tolerance[FORCE], watch.gate.tolerance[DISPLACEMENT]) = (100.0, 5e-3);
     (watch.gate.displacement_tolerance, watch.gate.tolerance_growth, watch.gate.reversal_velocity) =
         (1e-3, 2e-4, 0.0);

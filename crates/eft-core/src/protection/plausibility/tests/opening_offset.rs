@@ -109,11 +109,7 @@ fn the_velocity_by_the_flow_balance_contains_null_bias_leakage_and_oil() {
         let valve_flow = 1.2 * (flow.root * (flow.at_no_load + offset * flow.slope));
         let oil = watch.oil * watch.rate * (FORCE - before_force);
         let velocity = (valve_flow - watch.leakage * FORCE - oil) / 2.0;
-        near(
-            "velocity",
-            state.velocity_by_flow(),
-            0.02 + watch.following.flow_velocity_gain * (velocity - 0.02),
-        );
+        near("velocity", state.velocity_by_flow(), 0.02 + watch.following.low_gain * (velocity - 0.02));
         near("force", state.flow_velocity.force, FORCE);
     }
 }
