@@ -80,14 +80,7 @@ impl<S: Num> ActuatorRecorder<S> {
         for (floor, commands) in floors.iter_mut().zip(commands) {
             let (forces, displacements) = (&floor.forces[..ticks], &floor.displacements[..ticks]);
             let (norms, drift) = (&mut floor.norms, &mut floor.drift);
-            S::dispatch(AddNorms {
-                norms,
-                drift,
-                commands: &commands[..ticks],
-                forces,
-                displacements,
-                below,
-            });
+            S::dispatch(AddSums { norms, drift, commands: &commands[..ticks], forces, displacements, below });
             for (lane, [force, displacement]) in floor.signals.iter_mut().enumerate() {
                 force.extend(forces.iter().map(|value| value.lane(lane)));
                 displacement.extend(displacements.iter().map(|value| value.lane(lane)));
@@ -116,7 +109,7 @@ impl<S: Num> Recorder<S> for ActuatorRecorder<S> {
     }
 }
 
-struct AddNorms<'a, S> {
+struct AddSums<'a, S> {
     norms: &'a mut Norms<S>,
     drift: &'a mut S,
     commands: &'a [S],
@@ -125,7 +118,7 @@ struct AddNorms<'a, S> {
     below: Option<&'a [S]>,
 }
 
-impl<S: Num> Work for AddNorms<'_, S> {
+impl<S: Num> Work for AddSums<'_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -156,20 +149,19 @@ impl LaneResult {
         lane: usize,
         commands: &[Vec<S>],
         ticks: usize,
-        test: &impl ClosedLoop<S, C>,
+        test: &mut impl ClosedLoop<S, C>,
     ) -> Vec<Self> {
-        let samples_of =
-            |values: &[S]| values[..ticks].iter().map(|value| value.lane(lane)).collect::<Vec<_>>();
+        let samples = |values: &[S]| values[..ticks].iter().map(|value| value.lane(lane)).collect::<Vec<_>>();
         let mut below: Option<Vec<f64>> = None;
         let floors = floors.iter_mut().zip(commands).enumerate();
         let end = |(actuator, (floor, commands)): (usize, (&mut ActuatorRecorder<S>, &Vec<S>))| {
-            let (command, force) = (samples_of(commands), samples_of(&floor.forces));
-            let displacement = samples_of(&floor.displacements);
+            let (command, force) = (samples(commands), samples(&floor.forces));
+            let displacement = samples(&floor.displacements);
             let (mut norms, mut drift) = (floor.norms.lane(lane), floor.drift.lane(lane));
             if ticks > 0 {
                 let (commands, forces, displacements) = (&command[..], &force[..], &displacement[..]);
                 let below = below.as_deref();
-                AddNorms { norms: &mut norms, drift: &mut drift, commands, forces, displacements, below }
+                AddSums { norms: &mut norms, drift: &mut drift, commands, forces, displacements, below }
                     .run();
             }
             let run = floor.runs.get_mut(lane).and_then(Option::take).map(|mut run| {

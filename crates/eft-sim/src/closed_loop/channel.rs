@@ -28,11 +28,11 @@ pub(super) struct RigLearner<P: Precision> {
     pub(super) learner: Learner<P, TABLE_CAPACITY>,
     pub(super) state: LearnerState<P>,
     /// At the start and after a reset.
-    initial_state: LearnerState<P>,
+    initial: LearnerState<P>,
     /// What was saved, as the tick uses it from the first sample on.
-    pub(super) saved_calibration: Option<Calibration<P>>,
+    pub(super) first: Option<Calibration<P>>,
     /// The calibration from the last window, which is published before the next tick.
-    next_calibration: Option<Calibration<P>>,
+    next: Option<Calibration<P>>,
 }
 
 impl<P: Precision> RigLearner<P> {
@@ -42,16 +42,15 @@ impl<P: Precision> RigLearner<P> {
     /// Parameters that `eft-core` refuses.
     pub(super) fn new(parameters: &Parameters, saved: Option<&SavedCalibration>) -> Result<Self> {
         let learner = P::learner(parameters)?;
-        let saved =
-            saved.map(|saved| learner.start_from(saved)).transpose().map_err(saved_calibration_error)?;
-        let saved_calibration = saved.as_ref().map(|state| learner.first_calibration(state));
-        let initial_state = saved.unwrap_or_else(|| learner.at_rest());
-        Ok(Self { state: initial_state, initial_state, saved_calibration, learner, next_calibration: None })
+        let saved = saved.map(|saved| learner.start_from(saved)).transpose().map_err(table_error)?;
+        let first = saved.as_ref().map(|state| learner.first_calibration(state));
+        let initial = saved.unwrap_or_else(|| learner.at_rest());
+        Ok(Self { state: initial, initial, first, learner, next: None })
     }
 
     /// The channel's state at the start.
     pub(super) fn initial_channel_state(&self, channel: &Channel<P>) -> ChannelState<P> {
-        self.saved_calibration.as_ref().map_or_else(|| channel.at_rest(), |first| channel.at_rest_with(first))
+        self.first.as_ref().map_or_else(|| channel.at_rest(), |first| channel.at_rest_with(first))
     }
 
     /// The learned calibration, if anything was learned.
@@ -67,7 +66,7 @@ impl<P: Precision> RigLearner<P> {
 }
 
 /// The core's refusal of a saved calibration, with the remedy if it is of another flow table.
-fn saved_calibration_error(error: ConfigError) -> Error {
+fn table_error(error: ConfigError) -> Error {
     const KEY: &str = "calibration.greatest_flow";
     match error {
         ConfigError::OutOfRange { parameter: KEY, value, lowest, highest } => {
@@ -115,14 +114,12 @@ impl<P: Precision> RigChannel<P> {
 
     /// One tick, with the compensation signal passed through `path` before the force loop.
     pub(crate) fn step_via(&mut self, input: &Input<f64>, path: impl FnOnce(P) -> P) -> Output<f64> {
-        if let Some(calibration) =
-            self.learning.as_mut().and_then(|learning| learning.next_calibration.take())
-        {
+        if let Some(calibration) = self.learning.as_mut().and_then(|learning| learning.next.take()) {
             self.channel.publish(&mut self.state, calibration);
         }
         let out = self.channel.step_via(&mut self.state, &to_precision(input), path);
         if let (Some(window), Some(learning)) = (&out.window, &mut self.learning) {
-            learning.next_calibration = Some(learning.learner.update(&mut learning.state, window));
+            learning.next = Some(learning.learner.update(&mut learning.state, window));
         }
         to_double(&out)
     }
@@ -148,14 +145,14 @@ impl<P: Precision> RigChannel<P> {
     pub fn reset(&mut self) {
         *self.state = self.start();
         if let Some(learning) = &mut self.learning {
-            learning.state = learning.initial_state;
-            learning.next_calibration = None;
+            learning.state = learning.initial;
+            learning.next = None;
         }
     }
 
     /// The present state.
     pub fn state(&self) -> RigChannelState<P> {
-        let learning = self.learning.as_ref().map(|learning| (learning.state, learning.next_calibration));
+        let learning = self.learning.as_ref().map(|learning| (learning.state, learning.next));
         RigChannelState { channel: *self.state, learning }
     }
 
@@ -166,9 +163,7 @@ impl<P: Precision> RigChannel<P> {
     pub fn go_to(&mut self, state: &RigChannelState<P>) -> Result<()> {
         match (&mut self.learning, &state.learning) {
             (None, None) => {}
-            (Some(learning), Some((learned, next))) => {
-                (learning.state, learning.next_calibration) = (*learned, *next)
-            }
+            (Some(learning), Some((learned, next))) => (learning.state, learning.next) = (*learned, *next),
             _ => {
                 let allowed =
                     "must be of a controller that learns where this one does, and of none elsewhere";

@@ -159,10 +159,7 @@ impl<S: Num, C: Scalar<Element: Precision>> ClosedLoop<S, C> for FastLoop<S, C> 
         let state = &mut self.state.plant;
         *state = FastState::select(at, FastState::default(), *state);
     }
-    fn digital_sides(&self) -> &[DigitalSide<S, C>] {
-        slice::from_ref(&self.digital)
-    }
-    fn digital_sides_mut(&mut self) -> &mut [DigitalSide<S, C>] {
+    fn digital_sides(&mut self) -> &mut [DigitalSide<S, C>] {
         slice::from_mut(&mut self.digital)
     }
 }

@@ -16,7 +16,7 @@ pub(crate) struct GeneralLoop<S: Num, C: Scalar<Element: Precision>> {
     states: Vec<ControllerState<C>>,
     drivers: Vec<AnyDrive<S>>,
     /// An external structure that replaces the rig's own.
-    external_structure: Option<Box<dyn PistonMotion<S>>>,
+    structure: Option<Box<dyn PistonMotion<S>>>,
     grid: TimeGrid,
     /// Whether any lane has a protection. `tripped` marks the lanes in which one has tripped.
     has_protection: bool,
@@ -49,7 +49,7 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
             drivers: Vec::with_capacity(digital.len()),
             digital,
             plant,
-            external_structure: None,
+            structure: None,
             grid,
             has_protection: (0..S::LANES).any(|i| rig(i).protection.enabled),
             tripped: S::Mask::splat(false),
@@ -65,8 +65,7 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
     /// Runs tick `i` of these commands.
     #[inline(always)]
     fn tick(&mut self, i: usize, commands: &[&[S]], recorder: &mut [impl Recorder<S>]) {
-        let Self { plant, digital, states, drivers, external_structure, grid, has_protection, tripped } =
-            self;
+        let Self { plant, digital, states, drivers, structure, grid, has_protection, tripped } = self;
         if *has_protection && tripped.any() {
             // Removing the force of one floor alone would overload the others.
             digital.iter_mut().for_each(|side| side.trip(*tripped));
@@ -76,9 +75,7 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
         let actuators = digital.iter_mut().zip(states).zip(commands.iter().zip(recorder)).enumerate();
         for (number, ((digital, state), (commands, recorder))) in actuators {
             let (now, mut truth) = (commands[i], plant.signals(number));
-            if let Some(acceleration) =
-                external_structure.as_ref().and_then(|structure| structure.acceleration(number))
-            {
+            if let Some(acceleration) = structure.as_ref().and_then(|one| one.acceleration(number)) {
                 truth.acceleration = acceleration;
             }
             let next = commands.get(i + 1).copied().unwrap_or(now);
@@ -93,9 +90,9 @@ impl<S: Num, C: Scalar<Element: Precision>> GeneralLoop<S, C> {
             let tick = Tick::new(now, actuator, plant.force(number), &truth, limits, &output);
             recorder.record(i, &tick, digital.estimates());
         }
-        match external_structure {
+        match structure {
             None => plant.advance(drivers, *grid),
-            Some(external_structure) => external_structure.advance(plant, drivers, *grid),
+            Some(structure) => structure.advance(plant, drivers, *grid),
         }
     }
 }
@@ -115,25 +112,22 @@ impl<S: Num, C: Scalar<Element: Precision>> ClosedLoop<S, C> for GeneralLoop<S, 
     fn restart(&mut self, at: S::Mask) {
         self.plant.restart(at);
     }
-    fn digital_sides(&self) -> &[DigitalSide<S, C>] {
-        &self.digital
-    }
-    fn digital_sides_mut(&mut self) -> &mut [DigitalSide<S, C>] {
+    fn digital_sides(&mut self) -> &mut [DigitalSide<S, C>] {
         &mut self.digital
     }
     // The energy of an external structure is unknown.
     fn balance(&self, lane: usize) -> Option<EnergyBalance> {
-        self.external_structure.is_none().then(|| self.plant.balance(lane))
+        self.structure.is_none().then(|| self.plant.balance(lane))
     }
     fn failure(&self) -> Option<&str> {
-        self.external_structure.as_ref().and_then(|external_structure| external_structure.failure())
+        self.structure.as_ref().and_then(|one| one.failure())
     }
 }
 
 impl<C: Scalar<Element: Precision>> GeneralLoop<f64, C> {
     /// Replaces the rig's structure by an external one.
     pub(crate) fn set_external_structure(&mut self, specimen: Specimen) {
-        self.external_structure = Some(Box::new(ExternalStructure::new(specimen, self.plant.actuators())));
+        self.structure = Some(Box::new(ExternalStructure::new(specimen, self.plant.actuators())));
     }
 }
 

@@ -36,17 +36,12 @@ impl<S: Num, C: Scalar<Element: Precision>> LearningLanes<S, C> {
     ) -> Result<Self> {
         let window_ticks = C::Element::channel(&parameters[0])?.window_ticks();
         let channels = Box::new(ChannelLanes::new(RigController::pack(&|i| &controllers[i]), window_ticks));
-        let learners = parameters
-            .iter()
-            .enumerate()
-            .map(|(i, p)| RigLearner::new(p, saved(i)))
-            .collect::<Result<_>>()?;
+        let learner = |(i, p)| RigLearner::new(p, saved(i));
+        let learners = parameters.iter().enumerate().map(learner).collect::<Result<_>>()?;
         let calibrations: Vec<_> = controllers
             .iter()
             .zip(&learners)
-            .map(|(one, learning): (_, &RigLearner<_>)| {
-                [learning.saved_calibration.unwrap_or_else(|| one.nominal()); 2]
-            })
+            .map(|(one, learning): (_, &RigLearner<_>)| [learning.first.unwrap_or_else(|| one.nominal()); 2])
             .collect();
         let estimates = EstimatesInUse::new(Estimates::unknown().or(|i| Some(&calibrations[i][0])));
         Ok(Self {

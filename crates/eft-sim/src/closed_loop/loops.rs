@@ -16,9 +16,7 @@ pub(crate) trait ClosedLoop<S: Num, C: Scalar<Element: Precision>> {
     /// Puts the plants back to rest where the mask is true.
     fn restart(&mut self, at: S::Mask);
     /// One per actuator.
-    fn digital_sides(&self) -> &[DigitalSide<S, C>];
-    /// One per actuator.
-    fn digital_sides_mut(&mut self) -> &mut [DigitalSide<S, C>];
+    fn digital_sides(&mut self) -> &mut [DigitalSide<S, C>];
     /// The energy balance of a lane until now, if the plant computes it.
     fn balance(&self, _lane: usize) -> Option<EnergyBalance> {
         None
@@ -29,10 +27,10 @@ pub(crate) trait ClosedLoop<S: Num, C: Scalar<Element: Precision>> {
     }
     /// Starts the soft end of the protections, if there are any.
     fn end(&mut self) {
-        self.digital_sides_mut().iter_mut().for_each(DigitalSide::end);
+        self.digital_sides().iter_mut().for_each(DigitalSide::end);
     }
     /// Adds to a run of an actuator what is known at its end.
-    fn complete(&self, run: &mut TestRun, actuator: usize, lane: usize) {
+    fn complete(&mut self, run: &mut TestRun, actuator: usize, lane: usize) {
         let side = &self.digital_sides()[actuator];
         run.set_found_flows(|openings| side.found_flows(openings, lane));
         run.calibration = side.saved(lane);

@@ -100,25 +100,23 @@ pub(super) fn search(plant: &HeldPiston) -> Result<ForceLoop> {
     // The spool's response delay at low frequencies (s).
     let scale = plant.spool_volume / (plant.pilot_flow_gain * plant.spool_voltage);
     // A longer integral time comes before a higher peak.
-    let (mut others, mut largest_static_gain) = (Vec::new(), None);
+    let (mut others, mut largest) = (Vec::new(), None);
     for integral_time in INTEGRAL_TIMES {
-        let mut candidates =
-            damped_gains(&nominal, &corners, scale, integral_time * scale).map_err(no_poles)?;
-        candidates.sort_by(|(peak, _), (other, _)| peak.total_cmp(other));
-        let mut candidates = candidates.into_iter().map(|(_, gains)| gains);
-        let best =
-            candidates.next().map(|gains| accept_gains(gains, &nominal, plant, &mut largest_static_gain));
+        let mut tried = damped_gains(&nominal, &corners, scale, integral_time * scale).map_err(no_poles)?;
+        tried.sort_by(|(peak, _), (other, _)| peak.total_cmp(other));
+        let mut tried = tried.into_iter().map(|(_, gains)| gains);
+        let best = tried.next().map(|gains| accept(gains, &nominal, plant, &mut largest));
         if let Some(designed) = best.transpose()?.flatten() {
             return Ok(designed);
         }
-        others.extend(candidates);
+        others.extend(tried);
     }
     for gains in others {
-        if let Some(designed) = accept_gains(gains, &nominal, plant, &mut largest_static_gain)? {
+        if let Some(designed) = accept(gains, &nominal, plant, &mut largest)? {
             return Ok(designed);
         }
     }
-    Err(refusal(largest_static_gain))
+    Err(refusal(largest))
 }
 
 /// The largest gains for each `T_D` that keep every corner damped with an integral time (s), each with the peak of the
@@ -129,24 +127,24 @@ fn damped_gains(
     scale: f64,
     integral_time: f64,
 ) -> Result<Vec<(f64, Gains)>> {
-    let mut candidates = Vec::new();
+    let mut tried = Vec::new();
     for step in 0..TIME_STEPS {
         let time = 0.1 * scale * libm::pow(30.0, step as f64 / (TIME_STEPS - 1) as f64);
         if let Some(gains) = largest_damped_gains(corners, time, integral_time)? {
             let peaks = nominal.iter().map(|plant| plant.peak_sensitivity(gains));
-            candidates.push((peaks.fold(0.0, f64::max), gains));
+            tried.push((peaks.fold(0.0, f64::max), gains));
         }
     }
-    Ok(candidates)
+    Ok(tried)
 }
 
-/// The loop with these gains if the rig itself has its margins and the loop its static gain. `largest_static_gain` becomes the largest
+/// The loop with these gains if the rig itself has its margins and the loop its static gain. `largest` becomes the largest
 /// static gain of a loop with the margins.
-fn accept_gains(
+fn accept(
     gains: Gains,
     nominal: &[Sampled],
     plant: &HeldPiston,
-    largest_static_gain: &mut Option<f64>,
+    largest: &mut Option<f64>,
 ) -> Result<Option<ForceLoop>> {
     let has_margins = || -> Result<bool> {
         for plant in nominal {
@@ -162,14 +160,13 @@ fn accept_gains(
         return Ok(None);
     }
     let static_gain = gains.proportional * plant.static_gain();
-    *largest_static_gain =
-        Some(largest_static_gain.map_or(static_gain, |largest: f64| largest.max(static_gain)));
+    *largest = Some(largest.map_or(static_gain, |largest: f64| largest.max(static_gain)));
     Ok((static_gain >= LEAST_STATIC_GAIN).then(|| ForceLoop::new(gains, nominal)))
 }
 
 /// The refusal of a rig, by the largest static gain (1) of a loop with the margins.
-fn refusal(largest_static_gain: Option<f64>) -> Error {
-    let missing = largest_static_gain.map_or_else(
+fn refusal(largest: Option<f64>) -> Error {
+    let missing = largest.map_or_else(
         || "none leave the rig itself its damping and gain margin".to_owned(),
         |largest| {
             format!(

@@ -286,7 +286,7 @@ impl Spectra {
         let (required, total) = (spectrum(&required)?, spectrum(&total)?);
         let controller = &rig.controller;
         let hold = if controller.realization == Realization::Digital { 0.5 / sample_rate } else { 0.0 };
-        let force_loop_response = |k: usize| {
+        let loop_gain = |k: usize| {
             let hold_delay = Complex64::from_polar(1.0, -(rate(k).im * hold));
             let mut law =
                 Complex64::new(controller.proportional_gain, 0.0) + rate(k) * controller.derivative_gain;
@@ -296,8 +296,7 @@ impl Spectra {
             }
             law * controller.force_sensitivity * valve_response(rig, k as f64 * width) * hold_delay
         };
-        let produced =
-            (0..total.len()).map(|k| total[k] - force_loop_response(k) * (command[k] - force[k])).collect();
+        let produced = (0..total.len()).map(|k| total[k] - loop_gain(k) * (command[k] - force[k])).collect();
         Ok(Self { required, produced, command, force, largest_opening })
     }
 

@@ -52,7 +52,7 @@ pub(crate) struct Sensor<S: Num> {
     /// `None` if no lane has noise.
     noise: Option<NoiseLanes<S>>,
     /// Empty if in every lane the reading equals the analog output.
-    digital_stages: Vec<DigitalStage>,
+    stages: Vec<DigitalStage>,
 }
 
 /// The digital part of a sensor, after its analog output.
@@ -80,10 +80,9 @@ impl<S: Num> Sensor<S> {
         if filters.iter().all(Option::is_none) {
             filters.clear();
         }
-        let mut digital_stages: Vec<_> =
-            lanes.iter().map(|lane| DigitalStage::new(lane, stream + 1)).collect();
-        if digital_stages.iter().all(DigitalStage::is_none) {
-            digital_stages.clear();
+        let mut stages: Vec<_> = lanes.iter().map(|lane| DigitalStage::new(lane, stream + 1)).collect();
+        if stages.iter().all(DigitalStage::is_none) {
+            stages.clear();
         }
         let noisy = lanes.iter().any(|lane| lane.0.noise > 0.0);
         Self {
@@ -93,7 +92,7 @@ impl<S: Num> Sensor<S> {
             bias: number(|sensor| sensor.bias),
             deviation: number(|sensor| sensor.noise),
             noise: noisy.then(|| NoiseLanes::new(|i| Noise::new(lanes[i].2, stream))),
-            digital_stages,
+            stages,
         }
     }
 
@@ -116,11 +115,11 @@ impl<S: Num> Sensor<S> {
         }
         let (mut reading, mut analog) =
             (self.gain * filtered + error, AnalogOutput { gain: self.gain, offset: error });
-        if !self.digital_stages.is_empty() {
+        if !self.stages.is_empty() {
             let mut answers = [(0.0, AnalogOutput { gain: 0.0, offset: 0.0 }); WIDEST];
-            for (i, (digital_stage, answer)) in self.digital_stages.iter_mut().zip(&mut answers).enumerate() {
+            for (i, (stage, answer)) in self.stages.iter_mut().zip(&mut answers).enumerate() {
                 let analog = AnalogOutput { gain: analog.gain.lane(i), offset: analog.offset.lane(i) };
-                *answer = digital_stage.read(tick, reading.lane(i), analog);
+                *answer = stage.read(tick, reading.lane(i), analog);
             }
             reading = S::from_lanes(|i| answers[i].0);
             analog.gain = S::from_lanes(|i| answers[i].1.gain);
@@ -132,9 +131,9 @@ impl<S: Num> Sensor<S> {
     /// Visits every number of the state after the first reading, to store or to replace it.
     pub(crate) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
         self.filters.iter_mut().flatten().for_each(|filter| filter.numbers(visit));
-        for digital_stage in &mut self.digital_stages {
-            visit(&mut digital_stage.stuck_at);
-            digital_stage.pending.iter_mut().for_each(&mut *visit);
+        for stage in &mut self.stages {
+            visit(&mut stage.stuck_at);
+            stage.pending.iter_mut().for_each(&mut *visit);
         }
     }
 
@@ -163,25 +162,20 @@ impl DigitalStage {
         self.converter.is_none() && self.fault.is_none() && self.delay == 0 && self.dropout == 0.0
     }
 
-    fn read(&mut self, tick: u64, analog_value: f64, healthy: AnalogOutput<f64>) -> (f64, AnalogOutput<f64>) {
+    fn read(&mut self, tick: u64, analog_value: f64, wire: AnalogOutput<f64>) -> (f64, AnalogOutput<f64>) {
         let converted = self.converter.map_or(analog_value, |converter| converter.convert(analog_value));
         let (reported, analog) = match self.fault {
             Some(fault) if (fault.first..fault.end).contains(&tick) => match fault.kind {
                 FaultKind::Lost => (f64::NAN, AnalogOutput { gain: 0.0, offset: 0.0 }),
                 FaultKind::Zero => (0.0, AnalogOutput { gain: 0.0, offset: 0.0 }),
                 FaultKind::Stuck => (self.stuck_at, AnalogOutput { gain: 0.0, offset: self.stuck_at }),
-                FaultKind::Sign => {
-                    (-converted, AnalogOutput { gain: -healthy.gain, offset: -healthy.offset })
-                }
+                FaultKind::Sign => (-converted, AnalogOutput { gain: -wire.gain, offset: -wire.offset }),
                 FaultKind::Gain => {
                     let gain = fault.gain;
-                    (
-                        gain * converted,
-                        AnalogOutput { gain: gain * healthy.gain, offset: gain * healthy.offset },
-                    )
+                    (gain * converted, AnalogOutput { gain: gain * wire.gain, offset: gain * wire.offset })
                 }
             },
-            _ => (converted, healthy),
+            _ => (converted, wire),
         };
         self.stuck_at = reported;
         let delivered = self.delayed(reported);

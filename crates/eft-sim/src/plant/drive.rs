@@ -143,7 +143,7 @@ impl<S: Num> Analog<S> {
 
     /// The same controller with a load cell that reads `gain·force + offset`.
     #[inline(always)]
-    pub(crate) fn with_load_cell(self, (gain, offset): (S, S)) -> AnalogWithCell<S> {
+    pub(crate) fn with_cell(self, (gain, offset): (S, S)) -> AnalogWithCell<S> {
         AnalogWithCell { analog: self, gain, offset, authority: S::splat(1.0) }
     }
 }
@@ -255,7 +255,7 @@ impl<S: Num> AnyDrive<S> {
             command_rate: zero,
             compensation: zero,
         };
-        Self { kind: DriveKind::Held, held: Held(command), cell: idle.with_load_cell((S::splat(1.0), zero)) }
+        Self { kind: DriveKind::Held, held: Held(command), cell: idle.with_cell((S::splat(1.0), zero)) }
     }
 
     /// Valve command (V) a time (s) after the sample, at the force (N) and its rate (N/s) then.

@@ -16,7 +16,7 @@ use crate::{Result, RigConfig};
 #[derive(Debug, Clone)]
 pub(crate) struct Plant<S: Num> {
     parts: Parts<S>,
-    /// [`PER_ACTUATOR`] numbers per actuator, then [`SHARED`] numbers and the energies (J) of an account.
+    /// [`NUMBERS`] numbers per actuator, then [`SHARED`] numbers and the energies (J) of an account.
     state: Vec<S>,
     stages: Stages<Vec<S>>,
     /// Forces on the floors in this state (N).
@@ -41,14 +41,14 @@ struct Parts<S: Num> {
 
 /// Numbers of an actuator: those of [`ActuatorState`] with the filling in place of the load pressure, the load
 /// cell's state (N), the hysteresis of its story, the flow of its torque motor (m³/s) and the rate of that flow.
-const PER_ACTUATOR: usize = STATES + 4;
+const NUMBERS: usize = STATES + 4;
 
 /// Shared numbers: the accumulator's pressure (Pa) and the time of the test (s).
 const SHARED: usize = 2;
 
 /// A view of the numbers of a state.
 struct View<'a, S> {
-    actuators: &'a [[S; PER_ACTUATOR]],
+    actuators: &'a [[S; NUMBERS]],
     accumulator: S,
     time: S,
     /// Empty without an account.
@@ -67,17 +67,17 @@ impl<S: Num> View<'_, S> {
 impl<S: Num> Parts<S> {
     #[inline(always)]
     fn view<'a>(&self, state: &'a [S]) -> View<'a, S> {
-        let (actuators, shared) = state.split_at(self.structure.len() * PER_ACTUATOR);
+        let (actuators, shared) = state.split_at(self.structure.len() * NUMBERS);
         let (shared, energies) = shared.split_at(SHARED);
         let [accumulator, time]: [S; SHARED] = shared.first_chunk().copied().unwrap_or_default();
         View { actuators: actuators.as_chunks().0, accumulator, time, energies }
     }
 
     fn at_rest(&self) -> Vec<S> {
-        let actuators = self.structure.len() * PER_ACTUATOR;
+        let actuators = self.structure.len() * NUMBERS;
         let energies = if self.computes_energy { POWERS } else { 0 };
         let mut state = vec![S::splat(0.0); actuators + SHARED + energies];
-        let spools = state[..actuators].as_chunks_mut::<PER_ACTUATOR>().0.iter_mut();
+        let spools = state[..actuators].as_chunks_mut::<NUMBERS>().0.iter_mut();
         for ([_, spool, ..], opening) in spools.zip(&self.opening_at_rest) {
             *spool = *opening;
         }
@@ -102,7 +102,7 @@ impl<S: Num> Parts<S> {
     fn stored(&self, state: &[S]) -> S {
         let view = self.view(state);
         let stored =
-            |actuator: &[S; PER_ACTUATOR]| self.servo_actuator.stored(&self.servo_actuator.state(actuator));
+            |actuator: &[S; NUMBERS]| self.servo_actuator.stored(&self.servo_actuator.state(actuator));
         let oil = view.actuators.iter().map(stored).fold(S::splat(0.0), |sum, stored| sum + stored);
         oil + self.structure.stored(|i| view.motion(i)) + self.supply.stored(view.accumulator)
     }
@@ -131,9 +131,9 @@ impl<S: Num> Equations<S> for Dynamics<'_, S> {
         let pressure = supply.pressure(setting, view.accumulator);
         let mut drawn = S::splat(0.0);
         let mut powers = EnergyBalance::default();
-        let (rates, shared) = rate.split_at_mut(structure.len() * PER_ACTUATOR);
+        let (rates, shared) = rate.split_at_mut(structure.len() * NUMBERS);
         // By number: zipped iterators are calls in builds without optimization across units.
-        for (i, rate) in rates.as_chunks_mut::<PER_ACTUATOR>().0.iter_mut().enumerate() {
+        for (i, rate) in rates.as_chunks_mut::<NUMBERS>().0.iter_mut().enumerate() {
             let (numbers, driver) = (&view.actuators[i], &self.drivers[i]);
             let actuator = servo_actuator.state(numbers);
             let (forces, acceleration) = ([self.forces[i], numbers[STATES]], self.accelerations[i]);
@@ -218,7 +218,7 @@ impl<S: Num> Plant<S> {
     pub(crate) fn set_motion(&mut self, displacements: &[S], velocities: &[S]) {
         let motions = displacements.iter().zip(velocities);
         for ([.., x, v, _, _, _, _], motion) in
-            self.state.as_chunks_mut::<PER_ACTUATOR>().0.iter_mut().zip(motions)
+            self.state.as_chunks_mut::<NUMBERS>().0.iter_mut().zip(motions)
         {
             (*x, *v) = (*motion.0, *motion.1);
         }
@@ -235,7 +235,7 @@ impl<S: Num> Plant<S> {
     /// Valve, oil and piston of an actuator.
     #[inline(always)]
     pub(crate) fn actuator(&self, i: usize) -> ActuatorState<S> {
-        self.parts.servo_actuator.state(&self.state[i * PER_ACTUATOR..])
+        self.parts.servo_actuator.state(&self.state[i * NUMBERS..])
     }
 
     /// Force (N) on a floor.
@@ -249,7 +249,7 @@ impl<S: Num> Plant<S> {
     pub(crate) fn signals(&self, i: usize) -> Signals<S> {
         let actuator = self.actuator(i);
         let supply_pressure = self.supply_pressure();
-        let filling = ActuatorState::from_slice(&self.state[i * PER_ACTUATOR..]).load_pressure;
+        let filling = ActuatorState::from_slice(&self.state[i * NUMBERS..]).load_pressure;
         let [displacement, velocity] =
             self.parts.servo_actuator.measured_motion(&actuator, filling, supply_pressure);
         Signals {
@@ -299,8 +299,8 @@ impl<S: Num> Plant<S> {
         let Self { parts, state, stages, forces, accelerations } = self;
         let mut equations = Dynamics { parts, drivers, imposed, forces, accelerations };
         runge_kutta(state, stages, from, step, &mut equations);
-        let actuators = parts.structure.len() * PER_ACTUATOR;
-        for actuator in state[..actuators].as_chunks_mut::<PER_ACTUATOR>().0 {
+        let actuators = parts.structure.len() * NUMBERS;
+        for actuator in state[..actuators].as_chunks_mut::<NUMBERS>().0 {
             Spool::stop_in(actuator);
         }
     }
@@ -320,7 +320,7 @@ impl<S: Num> Plant<S> {
     /// Force on a floor, and the load cell's state (N).
     #[inline(always)]
     fn cell_forces(&self, i: usize) -> [S; 2] {
-        [self.forces[i], self.state[i * PER_ACTUATOR + STATES]]
+        [self.forces[i], self.state[i * NUMBERS + STATES]]
     }
 
     #[inline(always)]

@@ -66,12 +66,12 @@ fn step_channels<S: Num, P: Precision>(
     channels: &mut [RigChannel<P>],
     outputs: &mut ChannelOutputs,
     measured: &Signals<S>,
-    [command, next_command, valve_command_now]: [S; 3],
+    [command, next_command, voltage]: [S; 3],
     computation: &mut DelayLines,
 ) {
     for (i, channel) in channels.iter_mut().enumerate().take(WIDEST) {
         let next = next_command.lane(i);
-        let input = measured.lane(i).input(command.lane(i), next, valve_command_now.lane(i));
+        let input = measured.lane(i).input(command.lane(i), next, voltage.lane(i));
         let out = channel.step_via(&input, |v| P::from_f64(computation.delay_lane(i, v.to_f64())));
         outputs.voltage[i] = out.voltage;
         outputs.compensation[i] = out.compensation;
@@ -88,17 +88,17 @@ fn step_channels<S: Num, P: Precision>(
 pub(super) fn run_channels<S: Num, P: Precision>(
     channels: &mut [RigChannel<P>],
     outputs: &mut ChannelOutputs,
-    channel_kind: ChannelKind,
+    kind: ChannelKind,
     computation: &mut DelayLines,
     [command, next_command]: [S; 2],
     measured: &mut Signals<S>,
-    valve_command_now: S,
+    voltage: S,
 ) -> ControllerOutputs<S> {
-    step_channels(channels, outputs, measured, [command, next_command, valve_command_now], computation);
+    step_channels(channels, outputs, measured, [command, next_command, voltage], computation);
     let of = |values: &[f64; WIDEST]| S::from_lanes(|i| values[i]);
     // A controller without protection passes its command on in double precision.
     let mut commands = [command, next_command];
-    if channel_kind != ChannelKind::Controller {
+    if kind != ChannelKind::Controller {
         measured.velocity = of(&outputs.velocity);
         commands = [of(&outputs.permitted[0]), of(&outputs.permitted[1])];
     }

@@ -13,7 +13,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     /// The valve command (V) of analog controllers until now, with a command (N) at the first tick; zero for
     /// digital ones.
     #[inline(always)]
-    pub(super) fn analog_valve_command<const IDEAL: bool>(
+    pub(super) fn analog_command<const IDEAL: bool>(
         &self,
         command: S,
         cell: CellReading<S>,
@@ -34,13 +34,13 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             None => [if IDEAL { command } else { first() }, zero, self.null_signal],
         };
         let analog = self.analog.at(command, rate, compensation);
-        plant.command(&AnyDrive::analog(analog.with_load_cell((cell.gain, cell.offset)), IDEAL || cell.ideal))
+        plant.command(&AnyDrive::analog(analog.with_cell((cell.gain, cell.offset)), IDEAL || cell.ideal))
     }
 
     /// Applies the converter, and returns the drive of the valve until the next tick under the permitted
     /// commands (N). `measured` has the velocity that the controllers used. `IDEAL` selects the copy for ideal
     /// instruments and an analog loop, `KEEPS_ANALOG` the copy for callers of
-    /// [`analog_valve_command`](Self::present_command).
+    /// [`analog_command`](Self::present_command).
     #[inline(always)]
     pub(super) fn drive<const IDEAL: bool, const KEEPS_ANALOG: bool>(
         &mut self,
@@ -62,24 +62,22 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         let has_protection = !IDEAL && matches!(self.source, ControllerSource::Channels(..));
         let is_open = |i: usize| has_protection && out.status.lane(i) & status::FORCE_LOOP_OPEN != 0;
         let open = has_protection && (0..S::LANES).any(is_open);
-        let with_cell = if !open {
-            self.analog.at(command, rate, output).with_load_cell((cell.gain, cell.offset))
+        let analog = if !open {
+            self.analog.at(command, rate, output).with_cell((cell.gain, cell.offset))
         } else {
             // An open loop ignores the force error.
             let closed = |value: S| S::from_lanes(|i| if is_open(i) { 0.0 } else { value.lane(i) });
             rate = closed(rate);
-            self.analog
-                .at(closed(command), rate, output)
-                .with_load_cell((closed(cell.gain), closed(cell.offset)))
+            self.analog.at(closed(command), rate, output).with_cell((closed(cell.gain), closed(cell.offset)))
         };
         if KEEPS_ANALOG {
             self.last_analog = Some([next_command, rate, output]);
         }
         let driver = if IDEAL {
-            AnyDrive::analog(with_cell, true)
+            AnyDrive::analog(analog, true)
         } else {
             let unlimited = cell.ideal && out.authority.ge(S::splat(1.0)).all();
-            AnyDrive::analog(AnalogWithCell { authority: out.authority, ..with_cell }, unlimited && !open)
+            AnyDrive::analog(AnalogWithCell { authority: out.authority, ..analog }, unlimited && !open)
         };
         let valve_command = if self.records_valve_command { plant.command(&driver) } else { S::splat(0.0) };
         DigitalOutput { measured, valve_command, compensation: output, status, driver }

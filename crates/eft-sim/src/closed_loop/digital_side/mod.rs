@@ -47,12 +47,12 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             lanes.clone().map(|i| parameters(rig(i), sample_rate)).collect::<Result<_>>()?;
         let controllers: Vec<_> = parameters.iter().map(C::Element::controller).collect::<Result<_>>()?;
         let controller = RigController::<C>::pack(&|i| &controllers[i]);
-        let channel_kind = ChannelKind::of(rig(0));
-        let source = if S::LANES == C::LANES && channel_kind == ChannelKind::Learning {
+        let kind = ChannelKind::of(rig(0));
+        let source = if S::LANES == C::LANES && kind == ChannelKind::Learning {
             ControllerSource::Learning(Box::new(LearningLanes::new(&parameters, &controllers, |i| {
                 rig(i).calibration.of(actuator)
             })?))
-        } else if S::LANES != C::LANES || channel_kind != ChannelKind::Controller {
+        } else if S::LANES != C::LANES || kind != ChannelKind::Controller {
             let of = |(i, p)| RigChannel::new(p, rig(i).calibration.of(actuator));
             let channels = parameters.iter().enumerate().map(of).collect::<Result<_>>()?;
             ControllerSource::Channels(channels, Box::default())
@@ -77,7 +77,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             sensors.is_none() && computation.is_none() && command_delay.is_none() && dac.is_ideal();
         let null_signal = S::from_lanes(null_signal);
         Ok(Self {
-            channel_kind,
+            kind,
             source,
             ideal: has_ideal_instruments && realization == Realization::Analog,
             calibration: Box::new(controller.nominal()),
@@ -128,18 +128,13 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             return self.sample_general(state, &commands, truth, plant);
         }
         let (mut measured, cell) = (*truth, CellReading::ideal());
-        let valve_command_now =
-            if LEARNS { self.analog_valve_command::<true>(command, cell, plant) } else { S::splat(0.0) };
+        let voltage = if LEARNS { self.analog_command::<true>(command, cell, plant) } else { S::splat(0.0) };
         // Both outputs stay in registers. The output of a function that is not inlined would be copied through
         // memory.
         let out = match &mut self.source {
-            ControllerSource::Learning(learning) if LEARNS => learn::<true, S, C>(
-                learning,
-                &mut self.computation,
-                commands,
-                &mut measured,
-                valve_command_now,
-            ),
+            ControllerSource::Learning(learning) if LEARNS => {
+                learn::<true, S, C>(learning, &mut self.computation, commands, &mut measured, voltage)
+            }
             _ => self.control::<true>(state, commands, &measured),
         };
         self.drive::<true, LEARNS>(out, &measured, cell, plant)
@@ -173,9 +168,9 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             (Some(delay), Realization::Digital) => [delay.delay(commands)[0], commands[1]],
         };
         let (mut measured, cell) = self.measure(*truth);
-        let valve_command_now = match self.source {
+        let voltage = match self.source {
             ControllerSource::Learning(_) | ControllerSource::Channels(..) => {
-                self.analog_valve_command::<false>(commands[0], cell, plant)
+                self.analog_command::<false>(commands[0], cell, plant)
             }
             _ => S::splat(0.0),
         };
@@ -183,19 +178,12 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         let out = match &mut self.source {
             ControllerSource::SideBySide => self.control::<false>(state, commands, &measured),
             ControllerSource::Learning(learning) => {
-                learn::<false, S, C>(learning, computation, commands, &mut measured, valve_command_now)
+                learn::<false, S, C>(learning, computation, commands, &mut measured, voltage)
             }
             ControllerSource::Channels(channels, outputs) => {
                 let measured = &mut measured;
-                let out = run_channels(
-                    channels,
-                    outputs,
-                    self.channel_kind,
-                    computation,
-                    commands,
-                    measured,
-                    valve_command_now,
-                );
+                let out =
+                    run_channels(channels, outputs, self.kind, computation, commands, measured, voltage);
                 if self.adapts {
                     self.estimates.update(self.estimates.estimates.or(|i| channels[i].calibration()));
                 }

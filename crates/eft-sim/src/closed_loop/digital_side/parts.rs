@@ -65,7 +65,7 @@ impl<S: Num, C: Scalar<Element: Precision>> ControllerSource<S, C> {
 /// Sensors, controller and converter of one actuator, or of several rigs' side by side; `C` is the controller's
 /// number.
 pub(crate) struct DigitalSide<S: Num, C: Scalar<Element: Precision>> {
-    pub(super) channel_kind: ChannelKind,
+    pub(super) kind: ChannelKind,
     pub(super) source: ControllerSource<S, C>,
     /// Whether the instruments are ideal and the loop analog.
     pub(super) ideal: bool,

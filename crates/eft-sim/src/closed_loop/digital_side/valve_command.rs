@@ -46,11 +46,11 @@ pub(super) fn learn<const IDEAL: bool, S: Num, C: Scalar<Element: Precision>>(
     computation: &mut DelayLines,
     commands: [S; 2],
     measured: &mut Signals<S>,
-    valve_command_now: S,
+    voltage: S,
 ) -> ControllerOutputs<S> {
     let path = |compensation: C| if IDEAL { compensation } else { computation.delay(compensation) };
     let input = input(commands, measured);
-    let out = learning.step(&input, convert(valve_command_now), path);
+    let out = learning.step(&input, convert(voltage), path);
     measured.velocity = convert(input.velocity);
     outputs([convert(input.command), convert(input.next_command)], &out)
 }

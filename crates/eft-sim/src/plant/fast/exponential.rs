@@ -76,7 +76,7 @@ impl<S: Num> Exponential<S> {
                 let plant = PlainPlant::<f64>::pack(&|_| rig(i))?;
                 Ok(match rig(i).controller.realization {
                     Realization::Analog => {
-                        let analog = Analog::pack(&|_| rig(i)).with_load_cell((cell_gain(i), 0.0));
+                        let analog = Analog::pack(&|_| rig(i)).with_cell((cell_gain(i), 0.0));
                         Propagator::new(&plant, &analog, grid.step)
                     }
                     Realization::Digital => Propagator::new(&plant, &Held(0.0), grid.step),
