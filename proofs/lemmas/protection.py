@@ -27,7 +27,9 @@ def _shows(v: Case) -> Formulas:
         "a shutdown is a trip": is_set(after.shut_down).implies(is_set(after.tripped)),
         "a trip lets the command down": tripped.implies(after.command_ramp.__0 <= s.command_ramp.__0),
         "and no further command is followed": tripped.implies(after.command.same(s.command)),
-        "a shutdown gives nothing back": is_set(s.shut_down).implies(after.valve_ramp.__0 >= s.valve_ramp.__0),
+        "a shutdown gives nothing back": is_set(s.shut_down).implies(
+            after.valve_ramp.__0 >= s.valve_ramp.__0
+        ),
         "the first cause stays": tripped.implies(after.cause.same(s.cause)),
         "a force beyond its trip level trips": ((abs(v.force) > force.trip) & (abs(v.force) <= MOST)).implies(
             is_set(after.tripped)
@@ -38,9 +40,9 @@ def _shows(v: Case) -> Formulas:
             & (abs(v.force) <= MOST)
             & (s.motion_by_flow.same(0) | s.command_ramp.__0.same(0))
         ).implies(is_set(after.shut_down)),
-        "lost measurements shut down": (v.force.is_nan() & (s.lost_measurements >= v.config.lost_samples)).implies(
-            is_set(after.shut_down)
-        ),
+        "lost measurements shut down": (
+            v.force.is_nan() & (s.lost_measurements >= v.config.lost_samples)
+        ).implies(is_set(after.shut_down)),
         "a lost command trips": (
             (~(abs(v.command) <= LARGEST)) & (s.lost_commands >= v.config.lost_samples)
         ).implies(is_set(after.tripped)),
@@ -59,7 +61,9 @@ def watch_shows(v: Case) -> Formulas:
         "refused samples shut down": (refused & (s.refused_samples >= v.config.lost_samples)).implies(
             is_set(after.shut_down) & is_set(after.tripped)
         ),
-        "a sound sample changes nothing": v.flags.same(0).implies(untouched(s, after, ("refused_samples", "faulty_samples")))
+        "a sound sample changes nothing": v.flags.same(0).implies(
+            untouched(s, after, ("refused_samples", "faulty_samples"))
+        )
         | (s.refused_samples > v.config.lost_samples),
         **{f"kept: {name}": formula for name, formula in protection_state(after).items()},
     }
