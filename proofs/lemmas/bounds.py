@@ -53,8 +53,8 @@ def protection_bounds(c) -> Formulas:
     return {
         "ramps": (c.rise.__0 <= FULL)
         & (c.fall.__0 <= FULL)
-        & (c.shut.__0 <= FULL)
-        & (c.settle.Some.__0.__0 <= FULL),
+        & (c.shutdown_ramp.__0 <= FULL)
+        & (c.settle_ramp.Some.__0.__0 <= FULL),
         "force levels": level_order(c.force),
         "lost_samples": c.lost_samples <= 100_000,
         "other levels": level_order(c.displacement) & level_order(c.velocity) & level_order(c.spool),
