@@ -82,11 +82,17 @@ def shows(v: Case) -> Formulas:
 
 def sums_shows(v: Case) -> Formulas:
     before, after = v.state.plausibility, v.after["state"].plausibility
-    # Where the velocity is estimated, a lost reading of it does not matter.
-    lost = v.input.force.is_nan() | v.input.displacement.is_nan() | v.input.spool.is_nan()
+    # Where the velocity is estimated, a lost reading of it does not matter. After a failed displacement the flows are
+    # still compared.
+    displacement, failed = v.input.displacement.is_nan(), before.distrusted[1].same(1)
+    lost = v.input.force.is_nan() | v.input.spool.is_nan() | (displacement & ~failed)
     return {
         "a lost reading leaves them": lost.implies(
             all_of(untouched(*pair) for pair in zip(summed(before), summed(after), strict=True))
+        ),
+        "a lost displacement leaves those of the motion": displacement.implies(
+            untouched(before.motion.travel, after.motion.travel)
+            & untouched(before.motion.ratio, after.motion.ratio)
         ),
         "they stay bounded": sums(v, after),
     }
