@@ -10,7 +10,7 @@ from rounding import LESS
 from terms import Float
 
 from lemmas.bounds import lead_bounds
-from lemmas.learning import LAG, MOST_SHORT, configured, kept, longest, start
+from lemmas.learning import LAG, LARGEST_DEFICIT, configured, kept, longest, start
 
 
 def estimates(v: Case) -> tuple[list[Float], Formulas]:
@@ -53,12 +53,12 @@ def coefficients_show(v: Case) -> Formulas:
     added = next(of(v, one, "fmul") for one in sums)
     short = added.operands[0]
     both_longest = v.run.compute("fadd", of_valve, of_velocity)
-    added_longest = v.run.compute("fmul", Float.of(MOST_SHORT, v.size), of_velocity)
+    added_longest = v.run.compute("fmul", Float.of(LARGEST_DEFICIT, v.size), of_velocity)
     between = v.run.compute("fadd", velocity_delay, start(v.config.valve.priors)["delay"][1])
     bounds = lead_bounds(lead)
     v.steps = {
         "delay with the valve's longest": between <= both_longest,
-        "share of the velocity's delay": short.within(0.0, MOST_SHORT),
+        "share of the velocity's delay": short.within(0.0, LARGEST_DEFICIT),
         "delay for the phase": added.result <= added_longest,
         "whole delay": (delay >= sample + sample) & (delay <= longest_delay),
         "lag": (lag >= sample * 2.0**-8) & (lag <= longest_lag),

@@ -13,7 +13,7 @@ LONGEST = 10.0
 #: Longest lag of the lead network (samples): its pole stays below 1 in single precision.
 LAG = 2.0**20
 #: Largest share of the velocity's delay that is added for the phase of the lead network.
-MOST_SHORT = 0.5
+LARGEST_DEFICIT = 0.5
 #: Lowest level of the guard (1), farthest known null bias (1), null offset beyond it (1), and asymmetry (1).
 LEVEL = 0.5
 KNOWN_NULL = 0.5
@@ -77,7 +77,7 @@ def longest(v: Case) -> tuple[Float, Float]:
     """The longest delay of a lead network (s), for valve, velocity and phase, and the network's lag (s)."""
     valve, late = v.config.valve, start(v.config.flow.priors)["delay"][1]
     both = v.run.compute("fadd", start(valve.priors)["delay"][1], late)
-    added = v.run.compute("fmul", Float.of(MOST_SHORT, v.size), late)
+    added = v.run.compute("fmul", Float.of(LARGEST_DEFICIT, v.size), late)
     delay = v.run.compute("fadd", both, added)
     return delay, v.run.compute("fmul", valve.lag_per_delay, delay)
 
@@ -91,7 +91,7 @@ def configured(v: Case) -> Formulas:
         "lowest level": v.config.guard.lowest.equals(LEVEL),
         "lead gain": v.config.valve.lead_gain.within(0.0, LARGEST),
         "lag per delay": v.config.valve.lag_per_delay.within(2.0**-9, 2.0**11),
-        "share of the phase": v.config.valve.of_phase.within(0.0, 2.0**21),
+        "share of the phase": v.config.valve.phase_deficit.within(0.0, 2.0**21),
         "null gain": v.config.null_gain.within(0.0, LARGEST),
         "known null bias": abs(v.config.curve.known_null) <= KNOWN_NULL,
         "its signal": abs(v.config.known_signal) <= LARGEST,

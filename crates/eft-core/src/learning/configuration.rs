@@ -150,9 +150,9 @@ macro_rules! constructor {
                 let null_bias = check!(null_bias(p));
                 let excitation = check!(positive("excitation", l.excitation));
                 let longest = if highest > nominal { highest } else { nominal };
-                let slowest = longest + (1.0 + t::MOST_SHORT) * (velocity_delay + lag * nominal);
+                let slowest = longest + (1.0 + t::LARGEST_DEFICIT) * (velocity_delay + lag * nominal);
                 let alpha = check!(decaying(p.lead_alpha, slowest, sample));
-                let of_phase = 1.0 / 3.0 + alpha / ((1.0 - alpha) * (1.0 - alpha));
+                let phase_deficit = 1.0 / 3.0 + alpha / ((1.0 - alpha) * (1.0 - alpha));
                 let low_pass = share(tau * t::LOW_PASS, period);
                 let ends = end_taps(tau * t::MAINS * period);
                 let grid = CurveGrid::over(p.greatest_flow());
@@ -197,8 +197,9 @@ macro_rules! constructor {
                         mean_correlation: (0.5 * t::CURVE_CORRELATION / t::CURVE_AVERAGE) as $t,
                         per_square_flow: (1.0 / (flow_gain * flow_gain)) as $t,
                         half_sample: (0.5 * sample) as $t,
-                        leaks_below: (leak * leak / (volume * volume * period * period) + t::SLOWEST) as $t,
-                        of_phase: of_phase as $t,
+                        leakage_corner: (leak * leak / (volume * volume * period * period) + t::SLOWEST)
+                            as $t,
+                        phase_deficit: phase_deficit as $t,
                     },
                     flow: FlowEstimator {
                         priors: Priors::<$t>::of(
@@ -223,7 +224,7 @@ macro_rules! constructor {
                         valve_gain: p.valve_gain as $t,
                         lead_gain: (1.0 / (p.proportional_gain * p.valve_gain)) as $t,
                         lag_per_delay: (2.0 * alpha / (1.0 - alpha)) as $t,
-                        of_phase: of_phase as $t,
+                        phase_deficit: phase_deficit as $t,
                         sample: sample as $t,
                         sampling_delay: ((1.0 + computation) * sample) as $t,
                         priors: Priors::<$t>::of(

@@ -8,7 +8,7 @@ use crate::integrity::integrity;
 use crate::number::Real;
 
 /// Prior standard deviation of a node's departure from its direction, over the node's flow.
-pub(super) const NODE_BELIEF: f64 = 0.05;
+pub(super) const NODE_DEVIATION: f64 = 0.05;
 /// Largest departure of a node from its direction, over the node's flow.
 pub(super) const DEPARTURE: f64 = 0.2;
 /// Least rise from node to node (steps).
@@ -37,9 +37,9 @@ integrity!(CurveNodes<T>: flows, pieces, variances, last, visited, updates);
 impl<T: Real> Default for CurveNodes<T> {
     fn default() -> Self {
         Self {
-            flows: core::array::from_fn(start),
+            flows: core::array::from_fn(node_flow),
             pieces: table_itself(),
-            variances: core::array::from_fn(|node| belief(start(node))),
+            variances: core::array::from_fn(|node| prior_variance(node_flow(node))),
             last: 0,
             visited: 0,
             updates: 0,
@@ -50,7 +50,7 @@ impl<T: Real> Default for CurveNodes<T> {
 impl<T: Real> CurveNodes<T> {
     /// Moves a node's departure towards the error (steps) of a window at a flow (steps). `noise` is the variance of the
     /// error, and `drift` the growth of the departure's variance over the square of the node's flow.
-    pub(super) fn depart(
+    pub(super) fn correct(
         &mut self,
         departures: &mut [T; NODES],
         node: usize,
@@ -65,9 +65,9 @@ impl<T: Real> CurveNodes<T> {
         else {
             return;
         };
-        let at = start::<T>(node);
+        let at = node_flow::<T>(node);
         let weight = T::splat(1.0) - (flow - at).abs();
-        let (grown, most) = (*variance + drift * (at * at), belief(at));
+        let (grown, most) = (*variance + drift * (at * at), prior_variance(at));
         let grown = if grown < most { grown } else { most };
         let share = grown / (weight * weight * grown + noise);
         *variance = share * noise;
@@ -81,7 +81,7 @@ impl<T: Real> CurveNodes<T> {
     }
 
     /// Resets the variances of the departures to those of the start, after a rollback.
-    pub(super) fn doubt(&mut self) {
+    pub(super) fn reset_variances(&mut self) {
         self.variances = Self::default().variances;
     }
 
@@ -109,7 +109,7 @@ impl<T: Real> CurveNodes<T> {
         ) else {
             return;
         };
-        let (at, rise) = (start::<T>(node), T::splat(RISE));
+        let (at, rise) = (node_flow::<T>(node), T::splat(RISE));
         *here = (at + asymmetry * at.abs() + departure).limit(*below + rise, *above - rise);
         let piece = |low: T, slope: T, at: T| CurvePiece { offset: (low - slope * at) * step, slope };
         *left = piece(*below, *here - *below, at - T::splat(1.0));
@@ -119,10 +119,10 @@ impl<T: Real> CurveNodes<T> {
 
 /// The no-load flow (m³/s) at the opening for which the table has this flow (m³/s), by a search. `step` is the grid's
 /// (m³/s).
-pub(super) fn undo<T: Real>(pieces: &[CurvePiece<T>; PIECES], step: T, flow: T) -> T {
+pub(super) fn inverse_at<T: Real>(pieces: &[CurvePiece<T>; PIECES], step: T, flow: T) -> T {
     let mut found = flow;
     for (n, piece) in pieces.iter().enumerate() {
-        let (low, high) = (start::<T>(n) * step, start::<T>(n + 1) * step);
+        let (low, high) = (node_flow::<T>(n) * step, node_flow::<T>(n + 1) * step);
         let demand = (flow - piece.offset) / piece.slope;
         if demand >= low && demand <= high {
             found = demand;
@@ -132,25 +132,25 @@ pub(super) fn undo<T: Real>(pieces: &[CurvePiece<T>; PIECES], step: T, flow: T) 
 }
 
 /// The departure (steps) at a flow (steps), by linear interpolation between the nodes.
-pub(super) fn between<T: Real>(departures: &[T; NODES], flow: T) -> T {
+pub(super) fn interpolate<T: Real>(departures: &[T; NODES], flow: T) -> T {
     let below = node_below(flow);
     match departures.get(below..below.wrapping_add(2)) {
-        Some([low, high]) => *low + (flow - start::<T>(below)) * (*high - *low),
+        Some([low, high]) => *low + (flow - node_flow::<T>(below)) * (*high - *low),
         _ => T::splat(0.0),
     }
 }
 
 /// Prior variance of the table's error at a flow (steps).
-pub(super) fn belief<T: Real>(flow: T) -> T {
-    T::splat(NODE_BELIEF * NODE_BELIEF) * (flow * flow)
+pub(super) fn prior_variance<T: Real>(flow: T) -> T {
+    T::splat(NODE_DEVIATION * NODE_DEVIATION) * (flow * flow)
 }
 
 /// Prior variance (squared steps) of a node's departure.
-pub(super) fn prior<T: Real>(node: usize) -> T {
-    belief(start(node))
+pub(super) fn node_variance<T: Real>(node: usize) -> T {
+    prior_variance(node_flow(node))
 }
 
 /// No-load flow (steps) at a node.
-fn start<T: Real>(node: usize) -> T {
+fn node_flow<T: Real>(node: usize) -> T {
     T::from_u32(node as u32) + T::splat(FIRST_NODE)
 }

@@ -18,7 +18,7 @@
 use crate::compensation::Deviations;
 use crate::integrity::integrity;
 use crate::learning::checkpoint::Evidence;
-use crate::learning::least_squares::{GainAndDelay, Priors};
+use crate::learning::least_squares::{GainAndDelay, Priors, Weight};
 use crate::number::Real;
 
 /// Constants of the standard deviations.
@@ -33,15 +33,15 @@ pub(crate) struct Deviation<T> {
     /// Half a sample (s).
     pub(crate) half_sample: T,
     /// Square of the frequency (1/s²) below which the leakage exceeds the oil's flow; positive.
-    pub(crate) leaks_below: T,
+    pub(crate) leakage_corner: T,
     /// Share of `(ωT)²` by which the phase of the lead network for a delay `T` differs from `ωT`.
-    pub(crate) of_phase: T,
+    pub(crate) phase_deficit: T,
 }
-integrity!(Deviation<T>: correlation, mean_correlation, per_square_flow, half_sample, leaks_below, of_phase);
+integrity!(Deviation<T>: correlation, mean_correlation, per_square_flow, half_sample, leakage_corner, phase_deficit);
 
 /// Squares of the systematic errors: of flow gain (1), valve gain (1), response delay (s) and velocity delay (s).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LeftOut<T> {
+pub(super) struct SystematicVariances<T> {
     pub(super) flow_gain: T,
     pub(super) valve_gain: T,
     pub(super) response_delay: T,
@@ -50,32 +50,33 @@ pub(super) struct LeftOut<T> {
 
 impl<T: Real> Deviation<T> {
     /// Adds one window: the commanded opening (1), the flow (m³/s) that compressed the oil, and the residuals of flow
-    /// (m³/s) and spool (1). `weight` is the window's time (s); `keep` is the remaining share of the older sums.
-    pub(crate) fn take(
+    /// (m³/s) and spool (1).
+    pub(crate) fn add(
         &self,
         evidence: &mut Evidence<T>,
-        [asked, compressed]: [T; 2],
+        [commanded, compressed]: [T; 2],
         [flow, spool]: [T; 2],
-        [weight, keep]: [T; 2],
+        Weight { time, forgetting }: Weight<T>,
     ) {
-        evidence.time = keep * evidence.time + weight;
-        evidence.newer_openings = keep * keep * evidence.newer_openings + weight * asked * asked;
-        evidence.compressed = keep * evidence.compressed + weight * compressed * compressed;
-        evidence.flow_errors = keep * evidence.flow_errors + weight * flow * flow;
-        evidence.spool_errors = keep * evidence.spool_errors + weight * spool * spool;
+        evidence.time = forgetting * evidence.time + time;
+        evidence.newer_openings =
+            forgetting * forgetting * evidence.newer_openings + time * commanded * commanded;
+        evidence.compressed = forgetting * evidence.compressed + time * compressed * compressed;
+        evidence.flow_errors = forgetting * evidence.flow_errors + time * flow * flow;
+        evidence.spool_errors = forgetting * evidence.spool_errors + time * spool * spool;
     }
 
     /// The standard deviations at the motion's mean-square frequency (1/s²); infinite without evidence. They include
-    /// the difference between the estimate in use and the one found, which a bound or a limited rate causes. `of_null`
-    /// is the variance of the null offset by the flow, and its error (1) per relative error of the spool's gain. `share` is
+    /// the difference between the estimate in use and the one found, which a bound or a limited rate causes. `null_variance`
+    /// is that of the null offset by the flow, and its error (1) per relative error of the spool's gain. `share` is
     /// the [share](super::flow_curve::FlowCurve::share) of the flow gain that follows from the departures (1).
-    pub(crate) fn of(
+    pub(crate) fn deviations(
         &self,
         evidence: &Evidence<T>,
         square: T,
-        (flow, found_flow): (&Priors<T>, &GainAndDelay<T>),
-        (valve, found_valve): (&Priors<T>, &GainAndDelay<T>),
-        [of_null, late_gain]: [T; 2],
+        (flow, flow_estimate): (&Priors<T>, &GainAndDelay<T>),
+        (valve, valve_estimate): (&Priors<T>, &GainAndDelay<T>),
+        [null_variance, null_per_gain]: [T; 2],
         share: T,
     ) -> Deviations<T> {
         let (zero, squares) = (T::splat(0.0), &evidence.valve.matrix);
@@ -83,75 +84,85 @@ impl<T: Real> Deviation<T> {
         if !(evidence.time > zero && openings > zero) {
             return Deviations::unknown();
         }
-        let late = self.late(found_flow);
-        let not_late = self.per_square_flow * evidence.compressed / openings * late * late;
-        let left_out = self.left_out(not_late, square, found_flow, found_valve);
+        let lag = self.lag(flow_estimate);
+        let lag_square = self.per_square_flow * evidence.compressed / openings * lag * lag;
+        let systematic = self.systematic(lag_square, square, flow_estimate, valve_estimate);
         // A sum with forgetting scatters less than a sum over the same time, because its older errors have less weight.
         let per_time = self.correlation * evidence.newer_openings / (evidence.time * openings);
-        let [flow_gain, velocity_delay] = flow.spread(&evidence.flow, squares);
-        let [valve_gain, response_delay] = valve.spread(&evidence.valve, squares);
-        let deviation = |errors: T, spread: T, left_out: T, away: T| {
-            (per_time * errors * spread + left_out + away * away).sqrt()
+        let [flow_gain, velocity_delay] = flow.variances(&evidence.flow, squares);
+        let [valve_gain, response_delay] = valve.variances(&evidence.valve, squares);
+        let deviation = |errors: T, scatter: T, systematic: T, distance: T| {
+            (per_time * errors * scatter + systematic + distance * distance).sqrt()
         };
         let (flow, spool) = (evidence.flow_errors, evidence.spool_errors);
-        let valve_gain = deviation(spool, valve_gain, left_out.valve_gain, found_valve.gain.away);
-        let flow_away = found_flow.gain.away - share * found_flow.gain.value;
-        let by_gain = late_gain * valve_gain / found_valve.gain.value;
+        let valve_gain = deviation(spool, valve_gain, systematic.valve_gain, valve_estimate.gain.away);
+        let flow_distance = flow_estimate.gain.away - share * flow_estimate.gain.value;
+        let by_gain = null_per_gain * valve_gain / valve_estimate.gain.value;
         Deviations {
-            flow_gain: deviation(flow, flow_gain, left_out.flow_gain, flow_away),
+            flow_gain: deviation(flow, flow_gain, systematic.flow_gain, flow_distance),
             valve_gain,
-            response_delay: deviation(spool, response_delay, left_out.response_delay, found_valve.delay.away),
-            velocity_delay: deviation(flow, velocity_delay, left_out.velocity_delay, found_flow.delay.away),
-            null_offset: (of_null + self.of_mean(evidence) + by_gain * by_gain).sqrt(),
+            response_delay: deviation(
+                spool,
+                response_delay,
+                systematic.response_delay,
+                valve_estimate.delay.away,
+            ),
+            velocity_delay: deviation(
+                flow,
+                velocity_delay,
+                systematic.velocity_delay,
+                flow_estimate.delay.away,
+            ),
+            null_offset: (null_variance + self.mean_variance(evidence) + by_gain * by_gain).sqrt(),
         }
     }
 
     /// Variance of the mean opening of the spool relative to the commanded one (1), an average over some time.
-    pub(super) fn of_mean(&self, evidence: &Evidence<T>) -> T {
+    pub(super) fn mean_variance(&self, evidence: &Evidence<T>) -> T {
         self.mean_correlation * evidence.spool_errors / evidence.time
     }
 
     /// Mean square (1) of the spool's residual that the valve model does not explain by twice its systematic error, at the
     /// motion's mean-square frequency (1/s²). A disturbance of the spool's sensor causes it.
-    pub(super) fn of_sensor(&self, evidence: &Evidence<T>, square: T, valve: &GainAndDelay<T>) -> T {
+    pub(super) fn disturbance(&self, evidence: &Evidence<T>, square: T, valve: &GainAndDelay<T>) -> T {
         let [[openings, _], _] = evidence.valve.matrix;
-        let of_model = T::splat(2.0) * self.of_spool(square, valve);
-        let beyond = evidence.spool_errors - of_model * of_model * openings;
-        if beyond > T::splat(0.0) { beyond / evidence.time } else { T::splat(0.0) }
+        let model_error = T::splat(2.0) * self.spool_error(square, valve);
+        let excess = evidence.spool_errors - model_error * model_error * openings;
+        if excess > T::splat(0.0) { excess / evidence.time } else { T::splat(0.0) }
     }
 
     /// Systematic error of the valve model (1) relative to the spool's motion.
-    fn of_spool(&self, square: T, valve: &GainAndDelay<T>) -> T {
-        self.of_phase * square * valve.delay.value * valve.delay.value
+    fn spool_error(&self, square: T, valve: &GainAndDelay<T>) -> T {
+        self.phase_deficit * square * valve.delay.value * valve.delay.value
     }
 
-    /// The systematic errors at the motion's mean-square frequency (1/s²). `not_late` (s²) is the square of
-    /// [`late`](Self::late), times the square of the share of leakage and oil in the flow.
-    pub(super) fn left_out(
+    /// The systematic errors at the motion's mean-square frequency (1/s²). `lag_square` (s²) is the square of
+    /// [`lag`](Self::lag), times the square of the share of leakage and oil in the flow.
+    pub(super) fn systematic(
         &self,
-        not_late: T,
+        lag_square: T,
         square: T,
         flow: &GainAndDelay<T>,
         valve: &GainAndDelay<T>,
-    ) -> LeftOut<T> {
-        let of_spool = self.of_spool(square, valve);
-        let (of_gain, of_response) = (of_spool * valve.gain.value, of_spool * valve.delay.value);
-        let leak = not_late * self.leaks(square);
-        LeftOut {
+    ) -> SystematicVariances<T> {
+        let spool_error = self.spool_error(square, valve);
+        let (gain_error, delay_error) = (spool_error * valve.gain.value, spool_error * valve.delay.value);
+        let leak = lag_square * self.leakage_share(square);
+        SystematicVariances {
             flow_gain: square * leak * flow.gain.value * flow.gain.value,
-            valve_gain: of_gain * of_gain,
-            response_delay: of_response * of_response,
-            velocity_delay: not_late - leak,
+            valve_gain: gain_error * gain_error,
+            response_delay: delay_error * delay_error,
+            velocity_delay: lag_square - leak,
         }
     }
 
     /// Share (1) of the leakage in the square of the flow of leakage and oil, at a mean-square frequency (1/s²).
-    pub(super) fn leaks(&self, square: T) -> T {
-        self.leaks_below / (self.leaks_below + square)
+    pub(super) fn leakage_share(&self, square: T) -> T {
+        self.leakage_corner / (self.leakage_corner + square)
     }
 
     /// Difference (s) between the velocity's delay and the delay of the flows that follow from the force.
-    pub(super) fn late(&self, flow: &GainAndDelay<T>) -> T {
+    pub(super) fn lag(&self, flow: &GainAndDelay<T>) -> T {
         flow.delay.value.abs() + self.half_sample
     }
 }

@@ -7,7 +7,7 @@
 //! spool and velocity sensors. The noise therefore does not bias the estimates, as it would in ordinary least squares.
 
 use crate::integrity::integrity;
-use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors};
+use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors, Weight};
 use crate::number::Real;
 
 /// The estimator of the gain `θ` and the velocity's delay after the spool.
@@ -21,13 +21,13 @@ integrity!(FlowEstimator<T>: priors);
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct FlowSample<T> {
     /// The actuator's measured flow.
-    pub(crate) taken: T,
+    pub(crate) measured: T,
     /// The flow that the table predicts.
     pub(crate) predicted: T,
-    /// The change by a delay of one window.
-    pub(crate) late: T,
+    /// Its change by a delay of one window, the regressor of the delay.
+    pub(crate) delay_regressor: T,
     /// The part that the estimates leave unexplained.
-    pub(crate) missed: T,
+    pub(crate) residual: T,
 }
 
 impl<T: Real> FlowEstimator<T> {
@@ -35,19 +35,20 @@ impl<T: Real> FlowEstimator<T> {
     pub(crate) fn sample(
         &self,
         state: &GainAndDelay<T>,
-        [taken, taken_change]: [T; 2],
+        [measured, measured_change]: [T; 2],
         [predicted, predicted_change]: [T; 2],
     ) -> FlowSample<T> {
         let gain = state.gain.value;
-        let late = T::splat(-0.5) * (taken_change + gain * predicted_change);
-        let missed = taken - gain * predicted - state.delay.value * self.priors.per_period * late;
-        FlowSample { taken, predicted, late, missed }
+        let delay_regressor = T::splat(-0.5) * (measured_change + gain * predicted_change);
+        let residual =
+            measured - gain * predicted - state.delay.value * self.priors.per_period * delay_regressor;
+        FlowSample { measured, predicted, delay_regressor, residual }
     }
 
     /// Shifts a window's measured mean flow and a second flow to one instant, by a lag on the earlier one. A lag does
     /// not overshoot, unlike an extrapolation over more than a window. The lag's loss of amplitude at the motion's
     /// mean-square frequency (1/s²) is compensated.
-    pub(crate) fn together(
+    pub(crate) fn synchronize(
         &self,
         state: &GainAndDelay<T>,
         lagged: [T; 2],
@@ -60,31 +61,32 @@ impl<T: Real> FlowEstimator<T> {
         let positive = state.delay.value > T::splat(0.0);
         let (shares, gains) =
             if positive { ([one, share], [one, back]) } else { ([share, one], [back, one]) };
-        let ([taken, flow], [taken_share, flow_share], [taken_now, flow_now]) = (lagged, shares, now);
-        let [taken_gain, flow_gain] = gains;
-        let (taken, flow) =
-            (taken + taken_share * (taken_now - taken), flow + flow_share * (flow_now - flow));
-        ([taken, flow], [taken_gain * taken, flow_gain * flow])
+        let ([measured, flow], [measured_share, flow_share], [measured_now, flow_now]) =
+            (lagged, shares, now);
+        let [measured_gain, flow_gain] = gains;
+        let (measured, flow) =
+            (measured + measured_share * (measured_now - measured), flow + flow_share * (flow_now - flow));
+        ([measured, flow], [measured_gain * measured, flow_gain * flow])
     }
 
-    /// Adds a window with its instruments: an opening (1) and its decrease over a window. `weight` is the window's time
-    /// (s), and `keep` the share of the older sums that remains.
-    pub(crate) fn take(
+    /// Adds a window with its instruments: an opening (1) and its decrease over a window.
+    pub(crate) fn add(
         &self,
         sums: &mut LeastSquares<T>,
         s: &FlowSample<T>,
         instruments: [T; 2],
-        weights: [T; 2],
+        weight: Weight<T>,
     ) {
-        let error = s.taken - s.predicted - self.priors.nominal_delay * self.priors.per_period * s.late;
-        sums.take(instruments, [s.predicted, s.late], error, weights);
+        let signal =
+            s.measured - s.predicted - self.priors.nominal_delay * self.priors.per_period * s.delay_regressor;
+        sums.add(instruments, [s.predicted, s.delay_regressor], signal, weight);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::learning::least_squares::Range;
+    use crate::learning::least_squares::{Range, Weight};
 
     const PRIORS: Priors<f64> = Priors {
         period: 1.0 / 256.0,
@@ -99,16 +101,17 @@ mod tests {
     /// The estimate from a flow over time (s). The instrument is a sine of 2 Hz, the prediction 1e-3 of it with noise.
     fn after(windows: u32, noise: f64, flow: impl Fn(f64) -> f64) -> GainAndDelay<f64> {
         let (mut state, mut sums) = (PRIORS.at_rest(), LeastSquares::default());
-        let (mut taken, mut predicted) = ([0.0; 2], [0.0; 2]);
+        let (mut measured, mut predicted) = ([0.0; 2], [0.0; 2]);
         for n in 0..windows {
             let time = f64::from(n) * PRIORS.period;
             let now = [flow(time), wave(time) + noise * (f64::from(n) * 12.9898).sin()];
             // Value midway between two samples, and their difference.
             let between = |last: f64, now: f64| [0.5 * (last + now), now - last];
-            let sample = ESTIMATOR.sample(&state, between(taken[0], now[0]), between(predicted[0], now[1]));
+            let sample =
+                ESTIMATOR.sample(&state, between(measured[0], now[0]), between(predicted[0], now[1]));
             let [opening, change] = between(wave(time - PRIORS.period), wave(time));
-            (taken[0], predicted[0]) = (now[0], now[1]);
-            ESTIMATOR.take(&mut sums, &sample, [opening, -change], [1.0, 0.999]);
+            (measured[0], predicted[0]) = (now[0], now[1]);
+            ESTIMATOR.add(&mut sums, &sample, [opening, -change], Weight { time: 1.0, forgetting: 0.999 });
             PRIORS.solve(&mut state, &sums);
         }
         state

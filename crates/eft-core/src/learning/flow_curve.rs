@@ -19,26 +19,26 @@ mod tests;
 
 use crate::compensation::{CurveGrid, NODES, node_below};
 use crate::integrity::integrity;
-use crate::learning::curve_nodes::{CurveNodes, DEPARTURE, belief, between};
+use crate::learning::curve_nodes::{CurveNodes, DEPARTURE, interpolate, prior_variance};
 use crate::number::Real;
 
 /// Prior standard deviation of a direction's gain (1).
-const GAIN_BELIEF: f64 = 0.03;
+const GAIN_DEVIATION: f64 = 0.03;
 /// Prior standard deviation of the null offset (1).
-pub(super) const NULL_BELIEF: f64 = 0.01;
+pub(super) const NULL_DEVIATION: f64 = 0.01;
 /// Least share of a window's squared error that counts as noise and not as an error of the table.
 const NOISE: f64 = 0.02;
 /// Variance (squared steps) of the errors before any is known, and the windows that it counts for.
 const FIRST_ERRORS: [f64; 2] = [4.0e-4, 10.0];
 /// Bound of the asymmetry.
-pub(super) const FARTHEST: f64 = 0.3;
+pub(super) const LARGEST_ASYMMETRY: f64 = 0.3;
 /// Bound of the null offset (1).
-pub(super) const FARTHEST_NULL: f64 = 0.05;
+pub(super) const LARGEST_NULL: f64 = 0.05;
 /// Parts of the departures that are removed before the estimates of asymmetry and flow gain. Asymmetry and flow gain slowly
 /// take over what they can explain.
 const SHARED: [f64; 2] = [0.5, 0.3];
 /// Weight (squared steps) of the prior that the departures have no common part.
-const COMMON_BELIEF: f64 = 1.0e-2;
+const COMMON_WEIGHT: f64 = 1.0e-2;
 /// Constants of the correction; flows in steps from node to node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FlowCurve<T> {
@@ -145,7 +145,7 @@ impl<T: Real> Default for CurveState<T> {
         Self {
             nodes: CurveNodes::default(),
             offset: zero,
-            variance: T::splat(NULL_BELIEF * NULL_BELIEF),
+            variance: T::splat(NULL_DEVIATION * NULL_DEVIATION),
             beyond: zero,
             disturbance: zero,
         }
@@ -161,15 +161,15 @@ impl<T: Real> FlowCurve<T> {
         evidence: &CurveEvidence<T>,
         flow: T,
         [passed, slope]: [T; 2],
-        [asked, reading]: [T; 2],
+        [commanded, reading]: [T; 2],
     ) -> CurveSample<T> {
         let per_flow = self.grid.per_flow;
         let (demand, passed, slope) = (flow * per_flow, passed * per_flow, slope * per_flow);
-        let departures = between(&evidence.departures, demand);
+        let departures = interpolate(&evidence.departures, demand);
         let added = evidence.asymmetry * demand.abs() + departures;
         CurveSample {
             demand,
-            instrument: passed + slope * asked - added,
+            instrument: passed + slope * commanded - added,
             departures,
             passed,
             slope,
@@ -181,7 +181,7 @@ impl<T: Real> FlowCurve<T> {
     /// A window's no-load flow over the flow gain (m³/s), converted to that of the table at the same openings, for the
     /// estimator of the flow gain.
     pub(crate) fn straightened(&self, evidence: &CurveEvidence<T>, flow: T) -> T {
-        let departures = self.grid.step * between(&evidence.departures, flow * self.grid.per_flow);
+        let departures = self.grid.step * interpolate(&evidence.departures, flow * self.grid.per_flow);
         let [_, shared] = SHARED;
         flow + evidence.asymmetry * flow.abs() + departures - T::splat(shared) * evidence.common * flow
     }
@@ -193,7 +193,7 @@ impl<T: Real> FlowCurve<T> {
         if flows > T::splat(0.0) { (evidence.recent_departures / flows).limit(-most, most) } else { flows }
     }
 
-    /// Learns from an accepted window, at a flow gain (1). `keep` is the share of the older sums that remains in the
+    /// Learns from an accepted window, at a flow gain (1). `forgetting` is the share of the older sums that remains in the
     /// estimator of the flow gain.
     pub(crate) fn learn(
         &self,
@@ -201,43 +201,43 @@ impl<T: Real> FlowCurve<T> {
         evidence: &mut CurveEvidence<T>,
         s: &CurveSample<T>,
         flow_gain: T,
-        keep: T,
+        forgetting: T,
     ) {
         // A tone is in phase with the motion for longer than other errors last.
         let disturbance = self.disturbance * (s.slope * s.slope * state.disturbance);
-        let variance = self.observe(state, evidence, s) + disturbance;
+        let variance = self.add_residual(state, evidence, s) + disturbance;
         // Only accepted windows show the offset of the spool's sensor.
         evidence.readings = (T::splat(1.0) - self.average) * evidence.readings + T::splat(1.0);
         evidence.sensor = evidence.sensor + (s.reading - evidence.sensor) / evidence.readings;
         let below = node_below(s.instrument);
-        let measured = [s.instrument, Self::unexplained(state, evidence, s)];
+        let measured = [s.instrument, Self::residual(state, evidence, s)];
         for node in [below, below.wrapping_add(1)] {
-            state.nodes.depart(&mut evidence.departures, node, measured, [variance, self.drift]);
+            state.nodes.correct(&mut evidence.departures, node, measured, [variance, self.drift]);
         }
         state.nodes.visit(below);
         let [_, shared] = SHARED;
         let departures = s.departures - T::splat(shared) * evidence.common * s.instrument;
-        evidence.recent_departures = keep * evidence.recent_departures + s.instrument * departures;
-        evidence.recent_flows = keep * evidence.recent_flows + s.instrument * s.instrument;
-        let keep = T::splat(1.0) - self.forgotten * (T::splat(1.0) - keep);
-        Self::gather(evidence, s, flow_gain, keep);
+        evidence.recent_departures = forgetting * evidence.recent_departures + s.instrument * departures;
+        evidence.recent_flows = forgetting * evidence.recent_flows + s.instrument * s.instrument;
+        let forgetting = T::splat(1.0) - self.forgotten * (T::splat(1.0) - forgetting);
+        Self::add_direction(evidence, s, flow_gain, forgetting);
     }
 
     /// A window's residual (steps).
-    fn unexplained(state: &CurveState<T>, evidence: &CurveEvidence<T>, s: &CurveSample<T>) -> T {
+    fn residual(state: &CurveState<T>, evidence: &CurveEvidence<T>, s: &CurveSample<T>) -> T {
         s.error - (state.offset - evidence.null) * s.slope
     }
 
     /// Adds a window's residual. Returns the variance (squared steps) of uncorrelated residuals of the same effect.
-    fn observe(&self, state: &CurveState<T>, evidence: &mut CurveEvidence<T>, s: &CurveSample<T>) -> T {
-        let error = Self::unexplained(state, evidence, s);
+    fn add_residual(&self, state: &CurveState<T>, evidence: &mut CurveEvidence<T>, s: &CurveSample<T>) -> T {
+        let error = Self::residual(state, evidence, s);
         let square = error * error;
         // The table's possible error is not noise.
-        let (noise, least) = (square - belief(s.instrument), T::splat(NOISE) * square);
+        let (noise, least) = (square - prior_variance(s.instrument), T::splat(NOISE) * square);
         let noise = if noise > least { noise } else { least };
-        let keep = T::splat(1.0) - self.average;
-        evidence.windows = keep * evidence.windows + T::splat(1.0);
-        evidence.squares = keep * evidence.squares + noise;
+        let forgetting = T::splat(1.0) - self.average;
+        evidence.windows = forgetting * evidence.windows + T::splat(1.0);
+        evidence.squares = forgetting * evidence.squares + noise;
         self.variance(evidence)
     }
 
@@ -255,7 +255,7 @@ impl<T: Real> FlowCurve<T> {
     }
 
     /// Adds the window to its direction's sums.
-    fn gather(evidence: &mut CurveEvidence<T>, s: &CurveSample<T>, flow_gain: T, keep: T) {
+    fn add_direction(evidence: &mut CurveEvidence<T>, s: &CurveSample<T>, flow_gain: T, forgetting: T) {
         let [back, forth] = &mut evidence.directions;
         let d = if s.instrument < T::splat(0.0) { back } else { forth };
         // The sums contain the flow before the division by the flow gain, which changes faster than these sums. Most of
@@ -264,14 +264,15 @@ impl<T: Real> FlowCurve<T> {
         let [shared, _] = SHARED;
         // The null offset in use changes faster as well, so it is added back.
         let error = s.passed + evidence.null * s.slope - T::splat(1.0 - shared) * s.departures - flow;
-        d.slopes = keep * d.slopes + s.slope * s.slope;
-        d.slope_instruments = keep * d.slope_instruments + s.slope * instrument;
-        d.slope_errors = keep * d.slope_errors + s.slope * error;
-        d.flows = keep * d.flows + instrument * flow;
-        d.flow_errors = keep * d.flow_errors + instrument * error;
-        evidence.instrument_departures = keep * evidence.instrument_departures + instrument * s.departures;
+        d.slopes = forgetting * d.slopes + s.slope * s.slope;
+        d.slope_instruments = forgetting * d.slope_instruments + s.slope * instrument;
+        d.slope_errors = forgetting * d.slope_errors + s.slope * error;
+        d.flows = forgetting * d.flows + instrument * flow;
+        d.flow_errors = forgetting * d.flow_errors + instrument * error;
+        evidence.instrument_departures =
+            forgetting * evidence.instrument_departures + instrument * s.departures;
         let [back, forth] = &evidence.directions;
-        let flows = back.flows + forth.flows + T::splat(COMMON_BELIEF);
+        let flows = back.flows + forth.flows + T::splat(COMMON_WEIGHT);
         evidence.common = flow_gain * evidence.instrument_departures / flows;
     }
 
@@ -291,7 +292,7 @@ impl<T: Real> FlowCurve<T> {
     fn solve(&self, state: &mut CurveState<T>, evidence: &mut CurveEvidence<T>, variance: T) {
         let one = T::splat(1.0);
         let weight = |belief: f64| T::splat(1.0 / (belief * belief)) * variance;
-        let (gain_weight, offset_weight) = (weight(GAIN_BELIEF), weight(NULL_BELIEF));
+        let (gain_weight, offset_weight) = (weight(GAIN_DEVIATION), weight(NULL_DEVIATION));
         let parts = |d: &Direction<T>| {
             let per = one / (d.flows + gain_weight);
             let share = d.slope_instruments * per;
@@ -309,10 +310,10 @@ impl<T: Real> FlowCurve<T> {
         let offset = (error + further) * per;
         let (back, forth) = (one + back - offset * back_share, one + forth - offset * forth_share);
         let found = (forth - back) / (forth + back);
-        let (most, now) = (T::splat(FARTHEST), evidence.asymmetry);
+        let (most, now) = (T::splat(LARGEST_ASYMMETRY), evidence.asymmetry);
         let target = found.limit(-most, most);
         evidence.asymmetry = target.limit(now - self.change, now + self.change);
-        let (most, now) = (T::splat(FARTHEST_NULL), evidence.null);
+        let (most, now) = (T::splat(LARGEST_NULL), evidence.null);
         let bounded = offset.limit(-most, most);
         evidence.null = bounded.limit(now - self.null_change, now + self.null_change);
         (state.offset, state.variance) = (offset, variance * per);

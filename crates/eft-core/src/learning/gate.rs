@@ -8,6 +8,7 @@ mod tests;
 
 use crate::integrity::integrity;
 use crate::learning::flow::FlowSample;
+use crate::learning::least_squares::Weight;
 use crate::number::Real;
 
 /// Constants of the gate.
@@ -63,9 +64,9 @@ pub(crate) struct Signals<T> {
     /// Measured spool opening (1).
     pub(crate) spool: T,
     /// Commanded opening (1).
-    pub(crate) asked: T,
+    pub(crate) commanded: T,
     /// Its change over the window (1).
-    pub(crate) asked_change: T,
+    pub(crate) commanded_change: T,
 }
 
 /// The gate's decision on a window.
@@ -90,12 +91,12 @@ impl<T: Real> Gate<T> {
     /// Adds the unexplained parts of both models and decides. `usable` means that the window is complete and that the
     /// learner adapts.
     pub(crate) fn judge(&self, state: &mut GateState<T>, s: &Signals<T>, usable: bool) -> Verdict {
-        let FlowSample { taken, predicted, missed, .. } = s.flow;
-        let spool_error = s.spool - s.asked;
-        let error = self.per_square_flow * (missed * missed) + spool_error * spool_error;
-        let signal = self.per_square_flow * (taken * taken + predicted * predicted)
+        let FlowSample { measured, predicted, residual, .. } = s.flow;
+        let spool_error = s.spool - s.commanded;
+        let error = self.per_square_flow * (residual * residual) + spool_error * spool_error;
+        let signal = self.per_square_flow * (measured * measured + predicted * predicted)
             + s.spool * s.spool
-            + s.asked * s.asked;
+            + s.commanded * s.commanded;
         state.error = state.error + self.average * (error - state.error);
         state.signal = state.signal + self.average * (signal - state.signal);
         if state.hold_off > 0 || !usable {
@@ -114,28 +115,28 @@ impl<T: Real> Gate<T> {
         Verdict::Rejected { learned }
     }
 
-    /// Time (s) that an accepted window's evidence counts for, and the share of the older evidence that remains. The
-    /// commanded opening must be large enough. The measured and the commanded opening (1, before the filters) must be
+    /// The weight of an accepted window's evidence. The commanded opening must be large enough. The measured and the commanded opening (1, before the filters) must be
     /// away from the stops.
-    pub(crate) fn weigh(
+    pub(crate) fn weight(
         &self,
         state: &mut GateState<T>,
         amount: &mut T,
-        [measured, wanted]: [T; 2],
+        [measured, commanded]: [T; 2],
         s: &Signals<T>,
-    ) -> [T; 2] {
+    ) -> Weight<T> {
         let (zero, one) = (T::splat(0.0), T::splat(1.0));
-        let square = s.asked * s.asked;
-        let moved = square + self.change_weight * (s.asked_change * s.asked_change);
-        let linear = measured.abs() < self.linear_range && wanted.abs() < self.linear_range;
+        let square = s.commanded * s.commanded;
+        let moved = square + self.change_weight * (s.commanded_change * s.commanded_change);
+        let linear = measured.abs() < self.linear_range && commanded.abs() < self.linear_range;
         if !(linear && moved > self.excitation) {
-            return [zero, one];
+            return Weight { time: zero, forgetting: one };
         }
         let above = *amount - self.kept;
-        let keep = if above > zero { one - self.forgotten * above / (*amount + self.half) } else { one };
+        let forgetting =
+            if above > zero { one - self.forgotten * above / (*amount + self.half) } else { one };
         (state.learned, state.cautious) = (true, false);
-        *amount = keep * *amount + square * self.period;
-        [self.period, keep]
+        *amount = forgetting * *amount + square * self.period;
+        Weight { time: self.period, forgetting }
     }
 }
 

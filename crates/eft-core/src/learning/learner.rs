@@ -9,13 +9,14 @@ use crate::compensation::{Calibration, Deviations, LeadNetwork};
 use crate::integrity::integrity;
 use crate::learning::band_filter::BandFilter;
 use crate::learning::checkpoint::{Checkpoints, Evidence};
-use crate::learning::curve_nodes::undo;
+use crate::learning::curve_nodes::inverse_at;
 use crate::learning::deviation::Deviation;
 use crate::learning::flow::FlowEstimator;
 use crate::learning::flow_curve::{CurveState, FlowCurve};
 use crate::learning::flow_model::FlowModel;
 use crate::learning::gate::{Gate, GateState, Signals, Verdict};
 use crate::learning::guard::{Guard, GuardState};
+use crate::learning::least_squares::Weight;
 use crate::learning::valve::ValveEstimator;
 use crate::learning::window::{Sums, Window};
 use crate::number::Real;
@@ -115,7 +116,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// It alternates from window to window, and is larger for those of a checkpoint.
     #[inline(never)]
     pub fn update(&self, state: &mut LearnerState<T>, window: &Window<T>) -> Calibration<T> {
-        let zero = T::splat(0.0);
+        let (zero, one) = (T::splat(0.0), T::splat(1.0));
 
         // The measurements.
         let whole = window.lost == 0;
@@ -129,38 +130,39 @@ impl<T: Real, const N: usize> Learner<T, N> {
         state.mean_share = self.filter.next_share(state.mean_share, restart);
 
         // The commanded and the measured opening in the estimators' band.
-        let asked = self.valve.valve_gain * means.valve_command - self.curve.known_null;
-        self.valve.asked(&mut state.valve, asked, restart);
+        let commanded = self.valve.valve_gain * means.valve_command - self.curve.known_null;
+        self.valve.invert_lead(&mut state.valve, commanded, restart);
         let (filter, filters, share) = (&self.filter, &mut state.filters, state.share);
         let (opening, change) = filter.step(&mut filters.asked, state.valve.opening(), share, restart);
-        let asked = [opening, -change];
+        let commanded = [opening, -change];
         let (spool, _) = filter.step(&mut filters.spool, means.spool, share, restart);
 
         // The actuator's flow, and the flow that the table predicts.
-        let taken = self.piston_area * means.velocity + means.compressed;
+        let measured_flow = self.piston_area * means.velocity + means.compressed;
         // Both openings are relative to the valve's null. The commanded one has no sensor offset.
         let valve_gain = state.valve.found.gain.value;
-        let (mut measured, mut wanted) = (means.spool, state.valve.opening());
+        let (mut measured_opening, mut commanded_opening) = (means.spool, state.valve.opening());
         if self.corrects {
             let null = state.evidence.curve.null;
             let sensor = state.evidence.curve.sensor;
-            (measured, wanted) = (measured - sensor - valve_gain * null, wanted - null);
+            (measured_opening, commanded_opening) =
+                (measured_opening - sensor - valve_gain * null, commanded_opening - null);
         }
-        let model = self.model.flow(measured, wanted, means.force, window.supply);
+        let model = self.model.flow(measured_opening, commanded_opening, means.force, window.supply);
         let mut predicted = model.at_no_load * model.root;
         let flow_gain = state.flow.gain.value;
-        let mut straightened = taken;
+        let mut straightened = measured_flow;
         let mut flows = [zero; 2];
         if self.corrects {
             // The constant part of the flow stays, so that a new null offset does not change the flow.
-            predicted = predicted + self.flow_gain * (means.spool - measured);
-            let now = [taken / model.root, model.at_no_load];
+            predicted = predicted + self.flow_gain * (means.spool - measured_opening);
+            let now = [measured_flow / model.root, model.at_no_load];
             let [at_no_load, _] = now;
             let flow = self.curve.straightened(&state.evidence.curve, at_no_load / flow_gain);
             straightened = flow_gain * model.root * flow;
             let lagged = if restart { now } else { state.flows };
             let square = self.valve.mean_square_frequency(&state.evidence.valve);
-            (state.flows, flows) = self.flow.together(&state.flow, lagged, now, square);
+            (state.flows, flows) = self.flow.synchronize(&state.flow, lagged, now, square);
         }
         let predicted = filter.step(&mut filters.predicted, predicted, share, restart);
         let flow = filter.step(&mut filters.flow, straightened, share, restart);
@@ -186,12 +188,12 @@ impl<T: Real, const N: usize> Learner<T, N> {
         if state.since_start < START {
             state.since_start += 1;
         }
-        let signals = Signals { flow, spool, asked: opening, asked_change: change };
+        let signals = Signals { flow, spool, commanded: opening, commanded_change: change };
         let usable = whole && self.adapts;
         let verdict = self.gate.judge(&mut state.gate, &signals, usable);
         if let Verdict::Rejected { learned } = verdict {
             state.checkpoints.restore(&mut state.evidence);
-            state.curve.nodes.doubt();
+            state.curve.nodes.reset_variances();
             // If nothing was learned since the last rejection, the means may be wrong.
             state.means_go_on = !learned;
         }
@@ -201,28 +203,34 @@ impl<T: Real, const N: usize> Learner<T, N> {
         self.guard.follow_offset(&mut state.guard, state.share);
 
         // The estimates from this window.
-        let mut weights = [zero; 2];
+        let mut weight = Weight { time: zero, forgetting: one };
         if verdict == Verdict::Accepted {
             let openings = [state.means.spool, state.valve.opening()];
-            weights = self.gate.weigh(&mut state.gate, &mut state.evidence.amount, openings, &signals);
+            weight = self.gate.weight(&mut state.gate, &mut state.evidence.amount, openings, &signals);
         }
         if self.adapts {
-            let [weight, _] = weights;
-            if weight > zero {
+            if weight.time > zero {
                 let evidence = &mut state.evidence;
-                self.flow.take(&mut evidence.flow, &flow, asked, weights);
-                self.valve.take(&state.valve, &mut evidence.valve, asked, spool, weights);
-                let missed = [flow.missed, self.valve.missed(&state.valve, asked, spool)];
-                self.deviation.take(evidence, [opening, state.means.compressed], missed, weights);
+                self.flow.add(&mut evidence.flow, &flow, commanded, weight);
+                self.valve.add(&state.valve, &mut evidence.valve, commanded, spool, weight);
+                let residual = [flow.residual, self.valve.residual(&state.valve, commanded, spool)];
+                self.deviation.add(evidence, [opening, state.means.compressed], residual, weight);
                 if self.corrects {
-                    let [taken, passed] = flows;
+                    let [measured_flow, passed] = flows;
                     // The null offset is one of the command, so the slope is per commanded opening.
-                    let (ahead, passed) =
-                        (valve_gain * wanted - measured, [passed, valve_gain * model.slope]);
+                    let (ahead, passed) = (
+                        valve_gain * commanded_opening - measured_opening,
+                        [passed, valve_gain * model.slope],
+                    );
                     let ahead = [ahead, evidence.curve.sensor - ahead];
-                    let sample = self.curve.sample(&evidence.curve, taken / flow_gain, passed, ahead);
-                    let [_, keep] = weights;
-                    self.curve.learn(&mut state.curve, &mut evidence.curve, &sample, flow_gain, keep);
+                    let sample = self.curve.sample(&evidence.curve, measured_flow / flow_gain, passed, ahead);
+                    self.curve.learn(
+                        &mut state.curve,
+                        &mut evidence.curve,
+                        &sample,
+                        flow_gain,
+                        weight.forgetting,
+                    );
                 }
             }
             self.flow.priors.solve(&mut state.flow, &state.evidence.flow);
@@ -232,7 +240,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         // Curve and standard deviations change slowly, so each is updated in every other window.
         if window.number.is_multiple_of(2) {
             state.deviations = self.deviations(state, square);
-            state.curve.disturbance = self.deviation.of_sensor(&state.evidence, square, &state.valve.found);
+            state.curve.disturbance = self.deviation.disturbance(&state.evidence, square, &state.valve.found);
         } else if self.corrects {
             self.curve.update(&mut state.curve, &mut state.evidence.curve);
         }
@@ -253,7 +261,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
         if !(opening.abs() >= T::splat(0.0)) {
             return opening;
         }
-        undo(&calibration.curve, self.curve.grid.step, self.model.at_no_load(opening)) * calibration.flow_gain
+        inverse_at(&calibration.curve, self.curve.grid.step, self.model.at_no_load(opening))
+            * calibration.flow_gain
     }
 
     /// The means of a whole window, with the spool's opening from the known null. A lost valve command (V) is
@@ -288,13 +297,13 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// Standard deviations at the motion's mean-square frequency (1/s²).
     pub(super) fn deviations(&self, state: &LearnerState<T>, square: T) -> Deviations<T> {
         let (flow, valve) = ((&self.flow.priors, &state.flow), (&self.valve.priors, &state.valve.found));
-        let of_null = if self.corrects {
+        let null = if self.corrects {
             self.curve.null_errors(&state.curve, &state.evidence.curve, self.flow_gain)
         } else {
             [T::splat(f64::INFINITY), T::splat(0.0)]
         };
         let share = FlowCurve::share(&state.evidence.curve);
-        self.deviation.of(&state.evidence, square, flow, valve, of_null, share)
+        self.deviation.deviations(&state.evidence, square, flow, valve, null, share)
     }
 
     /// The calibration of a window, at the motion's mean-square frequency (1/s²).

@@ -3,6 +3,15 @@
 use crate::integrity::integrity;
 use crate::number::Real;
 
+/// How much a window counts for in a sum with forgetting.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Weight<T> {
+    /// Time (s) of the window; 0 if it does not count.
+    pub(crate) time: T,
+    /// Share (1) of the older sum that remains.
+    pub(crate) forgetting: T,
+}
+
 /// Sums over the accepted windows: instruments × regressors, and instruments × measured signal.
 ///
 /// Instruments without the noise of the regressors avoid a bias of the estimate. Regressors without noise are their own
@@ -17,16 +26,17 @@ pub(crate) struct LeastSquares<T> {
 integrity!(LeastSquares<T>: matrix, right);
 
 impl<T: Real> LeastSquares<T> {
-    /// Adds one window with a weight; the share `keep` of the older sums remains.
-    pub(crate) fn take(&mut self, [z, w]: [T; 2], [x, y]: [T; 2], error: T, [weight, keep]: [T; 2]) {
-        let (zero, z, w) = (T::splat(0.0), weight * z, weight * w);
+    /// Adds one window's instruments, regressors and measured signal.
+    pub(crate) fn add(&mut self, [z, w]: [T; 2], [x, y]: [T; 2], signal: T, weight: Weight<T>) {
+        let Weight { time, forgetting } = weight;
+        let (zero, z, w) = (T::splat(0.0), time * z, time * w);
         let [[a, b], [c, d]] = self.matrix;
-        let (a, d) = (keep * a + z * x, keep * d + w * y);
+        let (a, d) = (forgetting * a + z * x, forgetting * d + w * y);
         // Instrument and regressor have the same sign, except with a sensor of wrong sign.
         let (a, d) = (if a > zero { a } else { zero }, if d > zero { d } else { zero });
-        self.matrix = [[a, keep * b + z * y], [keep * c + w * x, d]];
+        self.matrix = [[a, forgetting * b + z * y], [forgetting * c + w * x, d]];
         let [on_first, on_second] = self.right;
-        self.right = [keep * on_first + z * error, keep * on_second + w * error];
+        self.right = [forgetting * on_first + z * signal, forgetting * on_second + w * signal];
     }
 
     /// The inverse with the priors; `None` if nothing is known.
@@ -68,11 +78,11 @@ impl<T: Real> Estimate<T> {
     }
 
     /// Moves towards a result, within the bounds, at a limited rate.
-    fn approach(&mut self, range: &Range<T>, found: T) {
+    fn approach(&mut self, range: &Range<T>, result: T) {
         let [least, most] = range.bounds;
-        let target = found.limit(least, most);
+        let target = result.limit(least, most);
         self.value = target.limit(self.value - range.change, self.value + range.change);
-        (self.beyond, self.away) = ((found - target).abs(), found - self.value);
+        (self.beyond, self.away) = ((result - target).abs(), result - self.value);
     }
 }
 
@@ -120,7 +130,7 @@ impl<T: Real> Priors<T> {
 
     /// Variances of gain (1) and delay (s²), per variance of the errors and per correlation time of an error. `squares`
     /// are those of the instruments. The variances are 0 if nothing is known.
-    pub(crate) fn spread(&self, sums: &LeastSquares<T>, squares: &[[T; 2]; 2]) -> [T; 2] {
+    pub(crate) fn variances(&self, sums: &LeastSquares<T>, squares: &[[T; 2]; 2]) -> [T; 2] {
         let [[zz, zw], [_, ww]] = *squares;
         let Some(rows) = sums.inverse(self.weights) else { return [T::splat(0.0); 2] };
         let [gain, delay] = rows.map(|[a, b]| a * a * zz + T::splat(2.0) * a * b * zw + b * b * ww);

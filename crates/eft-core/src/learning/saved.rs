@@ -7,7 +7,7 @@ use crate::compensation::{Deviations, FIRST_NODE, NODES, PIECES};
 use crate::error::{ConfigError, LARGEST, positive, within};
 use crate::learning::checkpoint::Checkpoints;
 use crate::learning::curve_nodes::DEPARTURE;
-use crate::learning::flow_curve::{FARTHEST, FARTHEST_NULL, FlowCurve, NULL_BELIEF};
+use crate::learning::flow_curve::{FlowCurve, LARGEST_ASYMMETRY, LARGEST_NULL, NULL_DEVIATION};
 use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
 use crate::learning::tuning::BISECTIONS;
@@ -72,7 +72,7 @@ impl SavedCalibration {
 const ROUNDING: f64 = 1.0e-6;
 
 /// Largest share of a variance that may come from the models' systematic errors. The rest is noise.
-const MOST_LEFT_OUT: f64 = 0.98;
+const LARGEST_SYSTEMATIC: f64 = 0.98;
 
 /// Time (s) for which the saved mean errors count.
 const ERROR_TIME: f64 = 1.0;
@@ -101,7 +101,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 valve_gain: of(found.valve_gain),
                 response_delay: of(found.response_delay),
                 velocity_delay: of(found.velocity_delay),
-                null_offset: if self.corrects { of(found.null_offset) } else { NULL_BELIEF },
+                null_offset: if self.corrects { of(found.null_offset) } else { NULL_DEVIATION },
             },
             excitation: of(state.evidence.amount),
             curve: SavedCurve {
@@ -143,40 +143,42 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let [prior, _] = priors.weights;
             (if variance > zero { variance } else { zero }).sqrt() * (squares + prior) / excitation.sqrt()
         };
-        let [of_flow_gain, of_valve_gain, of_response, of_velocity] =
+        let [flow_gain_variance, valve_gain_variance, response_variance, velocity_variance] =
             [d.flow_gain, d.valve_gain, d.response_delay, d.velocity_delay].map(|deviation| {
                 let deviation = of(deviation);
                 deviation * deviation
             });
         // The departures' part of the flow gain is no noise.
-        let most = (T::splat(MOST_LEFT_OUT) * of_flow_gain).sqrt() / state.flow.gain.value;
+        let most = (T::splat(LARGEST_SYSTEMATIC) * flow_gain_variance).sqrt() / state.flow.gain.value;
         let share = if self.corrects { of(saved.curve.flow_gain_share).limit(-most, most) } else { zero };
-        let of_share = share * state.flow.gain.value;
-        let of_flow_gain = of_flow_gain - of_share * of_share;
-        let left_out =
-            |not_late, square| self.deviation.left_out(not_late, square, &state.flow, &state.valve.found);
-        let square = frequency([of_valve_gain, of_response], |square| {
-            let left_out = left_out(zero, square);
-            [left_out.valve_gain, left_out.response_delay]
+        let share_error = share * state.flow.gain.value;
+        let flow_gain_variance = flow_gain_variance - share_error * share_error;
+        let systematic = |lag_square, square| {
+            self.deviation.systematic(lag_square, square, &state.flow, &state.valve.found)
+        };
+        let square = frequency([valve_gain_variance, response_variance], |square| {
+            let systematic = systematic(zero, square);
+            [systematic.valve_gain, systematic.response_delay]
         });
         // The systematic part of the flow's deviations. The rest of both must follow from the same noise.
-        let unit = left_out(one, square);
-        let most =
-            T::splat(MOST_LEFT_OUT) * least(of_velocity / unit.velocity_delay, of_flow_gain / unit.flow_gain);
-        let found = (square * of_velocity - of_flow_gain) / (square * unit.velocity_delay - unit.flow_gain);
-        let not_late = if found > zero { least(found, most) } else { zero };
-        let left_out = left_out(not_late, square);
+        let unit = systematic(one, square);
+        let most = T::splat(LARGEST_SYSTEMATIC)
+            * least(velocity_variance / unit.velocity_delay, flow_gain_variance / unit.flow_gain);
+        let found = (square * velocity_variance - flow_gain_variance)
+            / (square * unit.velocity_delay - unit.flow_gain);
+        let lag_square = if found > zero { least(found, most) } else { zero };
+        let systematic = systematic(lag_square, square);
 
         let per_flow = self.deviation.per_square_flow.sqrt();
         let flows = excitation / per_flow;
         let changes = square * excitation * valve.period * valve.period;
-        let spool_error = known(valve, excitation, of_valve_gain - left_out.valve_gain);
-        let flow_error = known(flow, flows, of_flow_gain - left_out.flow_gain);
-        let rest = (of_velocity - left_out.velocity_delay).sqrt();
+        let spool_error = known(valve, excitation, valve_gain_variance - systematic.valve_gain);
+        let flow_error = known(flow, flows, flow_gain_variance - systematic.flow_gain);
+        let rest = (velocity_variance - systematic.velocity_delay).sqrt();
         let late = flow_error * changes.sqrt() * flow.period / rest;
-        let differs = self.deviation.late(&state.flow) * per_flow;
+        let differs = self.deviation.lag(&state.flow) * per_flow;
         let evidence = &mut state.evidence;
-        evidence.compressed = not_late * excitation / (differs * differs);
+        evidence.compressed = lag_square * excitation / (differs * differs);
         evidence.valve = LeastSquares::of(valve, [excitation, changes], &state.valve.found);
         evidence.flow = LeastSquares::of(flow, [flows, late], &state.flow);
         (evidence.amount, evidence.newer_openings) = (excitation, excitation);
@@ -197,14 +199,14 @@ impl<T: Real, const N: usize> Learner<T, N> {
             };
             evidence.curve.departures = steps(&curve.departures);
             let stated = steps(&curve.departure_deviations).map(|deviation: T| deviation * deviation);
-            let most = T::splat(MOST_LEFT_OUT);
+            let most = T::splat(LARGEST_SYSTEMATIC);
             state.curve.nodes.variances =
                 self.curve.filter_variances(&stated, &evidence.curve.departures, most);
             let error = of(curve.error * per_step);
             let asymmetry = [of(curve.asymmetry), of(curve.asymmetry_deviation)];
-            let of_null = of(d.null_offset * d.null_offset);
-            let rest = of_null - self.deviation.of_mean(evidence);
-            let least = T::splat(1.0 - MOST_LEFT_OUT) * of_null;
+            let null_variance = of(d.null_offset * d.null_offset);
+            let rest = null_variance - self.deviation.mean_variance(evidence);
+            let least = T::splat(1.0 - LARGEST_SYSTEMATIC) * null_variance;
             let rest = if rest > least { rest } else { least };
             let null = [
                 of(saved.null_offset - self.known_null()),
@@ -213,8 +215,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
             ];
             let known = (&mut state.curve, &mut evidence.curve);
             let gains = [state.flow.gain.value, self.flow_gain];
-            self.curve.know(known, error * error, asymmetry, null, gains);
-            self.curve.know_share(&mut evidence.curve, share, excitation * flow.per_period, self.flow_gain);
+            self.curve.set_known(known, error * error, asymmetry, null, gains);
+            self.curve.set_share(&mut evidence.curve, share, excitation * flow.per_period, self.flow_gain);
             let step = self.curve.grid.step;
             // The map increases after every step of the construction.
             for _ in 0..NODES * NODES {
@@ -260,14 +262,14 @@ impl<T: Real, const N: usize> Learner<T, N> {
             near(name, value, lowest.to_f64(), highest.to_f64())?;
         }
         let known = self.known_null();
-        near("calibration.null_offset", saved.null_offset, known - FARTHEST_NULL, known + FARTHEST_NULL)?;
+        near("calibration.null_offset", saved.null_offset, known - LARGEST_NULL, known + LARGEST_NULL)?;
         let Deviations { flow_gain, valve_gain, response_delay, velocity_delay, null_offset } =
             saved.deviations;
         for deviation in [flow_gain, valve_gain, response_delay, velocity_delay, null_offset] {
             positive("calibration.deviations", deviation)?;
         }
         let curve = &saved.curve;
-        near("calibration.asymmetry", curve.asymmetry, -FARTHEST, FARTHEST)?;
+        near("calibration.asymmetry", curve.asymmetry, -LARGEST_ASYMMETRY, LARGEST_ASYMMETRY)?;
         positive("calibration.asymmetry_deviation", curve.asymmetry_deviation)?;
         positive("calibration.curve_error", curve.error)?;
         near("calibration.flow_gain_share", curve.flow_gain_share, -DEPARTURE, DEPARTURE)?;
@@ -287,11 +289,11 @@ fn least<T: Real>(one: T, other: T) -> T {
 
 /// Mean-square frequency (1/s²) of the motion from which the variances of a gain (1) and of a delay (s²) were learned.
 /// At this frequency both variances, without their systematic parts, follow from the same noise.
-fn frequency<T: Real>([gain, delay]: [T; 2], left_out: impl Fn(T) -> [T; 2]) -> T {
+fn frequency<T: Real>([gain, delay]: [T; 2], systematic: impl Fn(T) -> [T; 2]) -> T {
     let (mut low, mut high) = (T::splat(0.0), gain / delay);
     for _ in 0..BISECTIONS {
         let middle = T::splat(0.5) * (low + high);
-        let [of_gain, of_delay] = left_out(middle);
+        let [of_gain, of_delay] = systematic(middle);
         if gain - of_gain > middle * (delay - of_delay) { low = middle } else { high = middle }
     }
     low

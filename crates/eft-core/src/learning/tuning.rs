@@ -34,7 +34,7 @@ pub(crate) const SLOWEST: f64 = 1.0e-6;
 pub(crate) const FASTEST: f64 = 1.0e12;
 
 /// Largest share of the velocity's delay that is added for the phase of the lead network. Up to it the phase's expansion holds.
-pub(crate) const MOST_SHORT: f64 = 0.5;
+pub(crate) const LARGEST_DEFICIT: f64 = 0.5;
 
 /// Largest rate of the flow gain (1/s).
 pub(crate) const FLOW_GAIN_RATE: f64 = 0.5;

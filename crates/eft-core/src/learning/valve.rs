@@ -6,8 +6,8 @@
 
 use crate::compensation::LeadNetwork;
 use crate::integrity::integrity;
-use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors};
-use crate::learning::tuning::{FASTEST, MOST_SHORT};
+use crate::learning::least_squares::{GainAndDelay, LeastSquares, Priors, Weight};
+use crate::learning::tuning::{FASTEST, LARGEST_DEFICIT};
 use crate::number::Real;
 
 /// Constants of the estimate; delays in s, periods in s.
@@ -20,7 +20,7 @@ pub(crate) struct ValveEstimator<T> {
     /// Lag of Tustin's lead network per response delay, 2α/(1 − α).
     pub(crate) lag_per_delay: T,
     /// Share by which the phase of a lead network falls short of its delay's, over the square of the phase.
-    pub(crate) of_phase: T,
+    pub(crate) phase_deficit: T,
     /// Sample period of the lead network.
     pub(crate) sample: T,
     /// Delay between the lead network's output and the sample of the valve command that contains it.
@@ -28,7 +28,7 @@ pub(crate) struct ValveEstimator<T> {
     /// Priors of the spool's gain over the configured one, and of its delay after the lead network's output.
     pub(crate) priors: Priors<T>,
 }
-integrity!(ValveEstimator<T>: valve_gain, lead_gain, lag_per_delay, of_phase, sample, sampling_delay, priors);
+integrity!(ValveEstimator<T>: valve_gain, lead_gain, lag_per_delay, phase_deficit, sample, sampling_delay, priors);
 
 /// The state of the estimator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ impl<T: Real> ValveEstimator<T> {
 
     /// Computes the commanded opening (1) from that behind the lead network (1), by the inverse of a network for the
     /// valve alone. It is discretised by Tustin at the estimator's period.
-    pub(crate) fn asked(&self, state: &mut ValveState<T>, input: T, restart: bool) {
+    pub(crate) fn invert_lead(&self, state: &mut ValveState<T>, input: T, restart: bool) {
         let delay = state.found.delay.value;
         let lag = self.lag_per_delay * delay;
         let lead = delay + delay;
@@ -69,24 +69,24 @@ impl<T: Real> ValveEstimator<T> {
     }
 
     /// Adds one step: the commanded opening (1) and its decrease, and the measured spool (1), all through the same
-    /// filter. `weight` is the step's time (s), and `keep` the share of the older sums that remains.
-    pub(crate) fn take(
+    /// filter.
+    pub(crate) fn add(
         &self,
         state: &ValveState<T>,
         sums: &mut LeastSquares<T>,
-        [asked, decrease]: [T; 2],
+        [commanded, decrease]: [T; 2],
         spool: T,
-        weights: [T; 2],
+        weight: Weight<T>,
     ) {
-        let known = (state.found.delay.value - self.priors.nominal_delay + self.sampling_delay)
+        let known_delay = (state.found.delay.value - self.priors.nominal_delay + self.sampling_delay)
             * self.priors.per_period;
-        let asked = [asked, decrease];
-        sums.take(asked, asked, spool - asked[0] + known * decrease, weights);
+        let regressors = [commanded, decrease];
+        sums.add(regressors, regressors, spool - commanded + known_delay * decrease, weight);
     }
 
     /// The part of the measured spool (1) that the estimate leaves unexplained.
-    pub(crate) fn missed(&self, state: &ValveState<T>, [asked, decrease]: [T; 2], spool: T) -> T {
-        spool - state.found.gain.value * asked + self.sampling_delay * self.priors.per_period * decrease
+    pub(crate) fn residual(&self, state: &ValveState<T>, [commanded, decrease]: [T; 2], spool: T) -> T {
+        spool - state.found.gain.value * commanded + self.sampling_delay * self.priors.per_period * decrease
     }
 
     /// The lead network for the valve and a velocity that is late (s), at a compensation level (1) on top of the
@@ -95,7 +95,7 @@ impl<T: Real> ValveEstimator<T> {
     /// and its delay makes up for the phase by which it falls short of both.
     pub(crate) fn lead(
         &self,
-        found: &GainAndDelay<T>,
+        estimate: &GainAndDelay<T>,
         square: T,
         velocity_delay: T,
         level: T,
@@ -104,17 +104,17 @@ impl<T: Real> ValveEstimator<T> {
         // Bounded, for sums that are not finite. Without a sign its root needs no check.
         let square = square.abs();
         let square = if square < T::splat(FASTEST) { square } else { T::splat(FASTEST) };
-        let valve = found.delay.value;
+        let valve = estimate.delay.value;
         let both = valve + velocity_delay;
         // The phase of a network falls short by a share of the third power of its delay.
-        let short = (self.of_phase * square * (both * (both + valve) + valve * valve)).abs();
-        let short = if short < T::splat(MOST_SHORT) { short } else { T::splat(MOST_SHORT) };
-        let delay = both + short * velocity_delay;
+        let deficit = (self.phase_deficit * square * (both * (both + valve) + valve * valve)).abs();
+        let deficit = if deficit < T::splat(LARGEST_DEFICIT) { deficit } else { T::splat(LARGEST_DEFICIT) };
+        let delay = both + deficit * velocity_delay;
         let delay = if delay > shortest { delay } else { shortest };
         let added = self.amplitude(delay, square) / self.amplitude(valve, square);
         let lag = self.lag_per_delay * delay;
         let per = T::splat(1.0) / (lag + self.sample);
-        let gain = self.lead_gain * level / (found.gain.value * added.sqrt());
+        let gain = self.lead_gain * level / (estimate.gain.value * added.sqrt());
         LeadNetwork::of((lag - self.sample) * per, (delay + delay) * per, gain)
     }
 
@@ -143,7 +143,7 @@ mod tests {
         valve_gain: 0.1,
         lead_gain: 12.4,
         lag_per_delay: 2.0 / 9.0,
-        of_phase: 1.0 / 3.0 + 0.1 / 0.81,
+        phase_deficit: 1.0 / 3.0 + 0.1 / 0.81,
         sample: 1.0 / 4096.0,
         sampling_delay: 1.0 / 4096.0,
         priors: Priors {
@@ -159,13 +159,14 @@ mod tests {
     /// The estimate for a spool that follows the commanded opening with a gain and a delay (s).
     fn found(gain: f64, delay: f64) -> GainAndDelay<f64> {
         let (mut state, mut sums) = (ESTIMATOR.at_rest(), LeastSquares::default());
+        let weight = Weight { time: ESTIMATOR.priors.period, forgetting: 0.99 };
         for n in 0..2000_u32 {
             let at = |n: f64| 0.2 * (0.04 * n).sin();
-            let (asked, change) = (at(f64::from(n) - 0.5), at(f64::from(n)) - at(f64::from(n) - 1.0));
+            let (commanded, change) = (at(f64::from(n) - 0.5), at(f64::from(n)) - at(f64::from(n) - 1.0));
             // The commanded opening comes from the inverse of the network in use, one sample before the command.
             let late = delay - ESTIMATOR.sampling_delay - state.found.delay.value;
-            let spool = gain * asked - late * ESTIMATOR.priors.per_period * change;
-            ESTIMATOR.take(&state, &mut sums, [asked, -change], spool, [ESTIMATOR.priors.period, 0.99]);
+            let spool = gain * commanded - late * ESTIMATOR.priors.per_period * change;
+            ESTIMATOR.add(&state, &mut sums, [commanded, -change], spool, weight);
             ESTIMATOR.priors.solve(&mut state.found, &sums);
         }
         state.found
@@ -187,14 +188,14 @@ mod tests {
     fn a_valve_with_the_found_gain_and_delay_leaves_nothing() {
         // An opening that rises by 0.02 in a window, and a spool that follows one sample after the network's output.
         let state = ESTIMATOR.at_rest();
-        let (asked, rise) = (0.2, 0.02);
-        let spool = asked - rise * ESTIMATOR.sampling_delay / ESTIMATOR.priors.period;
-        let missed = |rise: f64| ESTIMATOR.missed(&state, [asked, -rise], spool);
+        let (commanded, rise) = (0.2, 0.02);
+        let spool = commanded - rise * ESTIMATOR.sampling_delay / ESTIMATOR.priors.period;
+        let residual = |rise: f64| ESTIMATOR.residual(&state, [commanded, -rise], spool);
         assert!(
-            missed(-rise).abs() < 1e-15 && missed(rise).abs() > 1e-3,
+            residual(-rise).abs() < 1e-15 && residual(rise).abs() > 1e-3,
             "{} {}",
-            missed(rise),
-            missed(-rise)
+            residual(rise),
+            residual(-rise)
         );
     }
 
@@ -207,19 +208,19 @@ mod tests {
 
     #[test]
     fn at_the_motions_frequency_the_network_has_the_phase_of_both_delays_and_the_valves_amplitude() {
-        let found = ESTIMATOR.at_rest().found;
-        let valve = found.delay.value;
+        let estimate = ESTIMATOR.at_rest().found;
+        let valve = estimate.delay.value;
         for omega in [10.0, 25.0, 40.0] {
             for late in [-1e-3, 1e-3, 4e-3] {
-                let made = ESTIMATOR.lead(&found, omega * omega, late, 1.0);
+                let lead = ESTIMATOR.lead(&estimate, omega * omega, late, 1.0);
                 // The delay from Tustin's pole.
-                let (pole, sample) = (made.pole(), ESTIMATOR.sample);
+                let (pole, sample) = (lead.pole(), ESTIMATOR.sample);
                 let delay = sample * (1.0 + pole) / (1.0 - pole) / ESTIMATOR.lag_per_delay;
                 let ((of_valve, before), (of_both, after)) = (network(valve, omega), network(delay, omega));
                 let wanted = omega * late;
-                let missed = after - before - wanted;
-                assert!(missed.abs() < 0.03 * wanted.abs(), "{omega} 1/s, {late} s: {missed} of {wanted}");
-                let amplitude = made.gain() / ESTIMATOR.lead_gain * of_both / of_valve;
+                let error = after - before - wanted;
+                assert!(error.abs() < 0.03 * wanted.abs(), "{omega} 1/s, {late} s: {error} of {wanted}");
+                let amplitude = lead.gain() / ESTIMATOR.lead_gain * of_both / of_valve;
                 assert!((amplitude - 1.0).abs() < 1e-9, "{omega} 1/s, {late} s: {amplitude}");
             }
         }
@@ -235,7 +236,7 @@ mod tests {
         for n in 0..3000_u32 {
             let opening = 0.3 * (0.01 * f64::from(n)).sin();
             let input = lead.step(&mut network, opening) / estimator.lead_gain;
-            estimator.asked(&mut state, input, n == 0);
+            estimator.invert_lead(&mut state, input, n == 0);
             if n > 500 {
                 assert!((state.opening() - opening).abs() < 1e-4, "{n}");
             }

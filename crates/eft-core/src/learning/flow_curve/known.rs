@@ -1,8 +1,8 @@
 //! What is known of asymmetry, null offset and departures: their standard deviations, and sums that give known values.
 
-use super::{CurveEvidence, CurveState, Direction, FIRST_ERRORS, FlowCurve, GAIN_BELIEF, NULL_BELIEF};
+use super::{CurveEvidence, CurveState, Direction, FIRST_ERRORS, FlowCurve, GAIN_DEVIATION, NULL_DEVIATION};
 use crate::compensation::NODES;
-use crate::learning::curve_nodes::{DEPARTURE, NODE_BELIEF, prior};
+use crate::learning::curve_nodes::{DEPARTURE, NODE_DEVIATION, node_variance};
 use crate::learning::tuning::BISECTIONS;
 use crate::number::Real;
 
@@ -10,7 +10,7 @@ impl<T: Real> FlowCurve<T> {
     /// Standard deviation of the asymmetry (1): half of the difference of two gains.
     pub(in crate::learning) fn asymmetry_deviation(&self, evidence: &CurveEvidence<T>) -> T {
         let variance = self.variance(evidence);
-        let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
+        let belief = variance * T::splat(1.0 / (GAIN_DEVIATION * GAIN_DEVIATION));
         let [back, forth] = evidence.directions.each_ref().map(|d| variance / (d.flows + belief));
         T::splat(0.5) * (back + forth).sqrt()
     }
@@ -24,8 +24,9 @@ impl<T: Real> FlowCurve<T> {
     ) -> [T; NODES] {
         core::array::from_fn(|node| {
             let variance = variances.get(node).copied().unwrap_or_default();
-            let all = self.scatter(variance, prior(node)) + bend(departures, node);
-            let most = T::splat((DEPARTURE / NODE_BELIEF) * (DEPARTURE / NODE_BELIEF)) * prior(node);
+            let all = self.scatter(variance, node_variance(node)) + bend(departures, node);
+            let most =
+                T::splat((DEPARTURE / NODE_DEVIATION) * (DEPARTURE / NODE_DEVIATION)) * node_variance(node);
             if all < most { all } else { most }
         })
     }
@@ -40,7 +41,7 @@ impl<T: Real> FlowCurve<T> {
         core::array::from_fn(|node| {
             let all = stated.get(node).copied().unwrap_or_default();
             let (bend, most) = (bend(departures, node), most * all);
-            self.filtered(all - if bend < most { bend } else { most }, prior(node))
+            self.filtered(all - if bend < most { bend } else { most }, node_variance(node))
         })
     }
 
@@ -72,16 +73,16 @@ impl<T: Real> FlowCurve<T> {
         evidence: &CurveEvidence<T>,
         slope: T,
     ) -> [T; 2] {
-        let away = state.offset - evidence.null;
+        let distance = state.offset - evidence.null;
         let [back, forth] = &evidence.directions;
         let null = evidence.null + self.known_null;
-        [state.variance + away * away, null * self.late(back.slopes + forth.slopes, slope)]
+        [state.variance + distance * distance, null * self.lag_share(back.slopes + forth.slopes, slope)]
     }
 
     /// Time that averages the offset of the spool's sensor, over the memory of these sums of squared slopes (squared
     /// steps); at most 1. If the spool's gain changes during the memory, the offset of the sensor follows it late, and
     /// the error of the null offset is this share of the change. `slope` is the table's (m³/s per unit opening).
-    fn late(&self, sums: T, slope: T) -> T {
+    fn lag_share(&self, sums: T, slope: T) -> T {
         let slope = slope * self.grid.per_flow;
         let all = self.average * sums;
         if all > slope * slope { slope * slope / all } else { T::splat(1.0) }
@@ -90,7 +91,7 @@ impl<T: Real> FlowCurve<T> {
     /// Sets the sums that give these values: the mean square of the errors (squared steps), an asymmetry (1) with its
     /// standard deviation (1), and a null offset (1) with its variance, at a flow gain (1). `of_gain` is the standard
     /// deviation (1) of the spool's gain over the gain, and `slope` the table's (m³/s per unit opening).
-    pub(in crate::learning) fn know(
+    pub(in crate::learning) fn set_known(
         &self,
         (state, evidence): (&mut CurveState<T>, &mut CurveEvidence<T>),
         square: T,
@@ -103,18 +104,18 @@ impl<T: Real> FlowCurve<T> {
         let sum = square * (evidence.windows + T::splat(windows)) - T::splat(first * windows);
         evidence.squares = if sum > T::splat(0.0) { sum } else { T::splat(0.0) };
         let variance = self.variance(evidence);
-        let beyond = |all: T, belief: T| if all > belief { all - belief } else { T::splat(0.0) };
-        let belief = variance * T::splat(1.0 / (GAIN_BELIEF * GAIN_BELIEF));
-        let flows = beyond(T::splat(0.5) * variance / (deviation * deviation), belief);
+        let excess = |all: T, belief: T| if all > belief { all - belief } else { T::splat(0.0) };
+        let belief = variance * T::splat(1.0 / (GAIN_DEVIATION * GAIN_DEVIATION));
+        let flows = excess(T::splat(0.5) * variance / (deviation * deviation), belief);
         (evidence.asymmetry, evidence.null) = (asymmetry, null);
         // The sums of the slopes, half of them in either direction. Their noise and the late gain give the variance.
         let half = T::splat(0.5);
-        let belief_in_null = variance * T::splat(1.0 / (NULL_BELIEF * NULL_BELIEF));
-        let slopes = |noise: T| beyond(variance / noise, belief_in_null);
+        let belief_in_null = variance * T::splat(1.0 / (NULL_DEVIATION * NULL_DEVIATION));
+        let slopes = |noise: T| excess(variance / noise, belief_in_null);
         let (mut low, mut high) = (T::splat(0.0), null_variance);
         for _ in 0..BISECTIONS {
             let noise = half * (low + high);
-            let late = (null + self.known_null) * of_gain * self.late(slopes(noise), slope);
+            let late = (null + self.known_null) * of_gain * self.lag_share(slopes(noise), slope);
             if noise + late * late < null_variance { low = noise } else { high = noise }
         }
         let (noise, slopes) = (high, slopes(high));
@@ -129,7 +130,7 @@ impl<T: Real> FlowCurve<T> {
 
     /// Sets the sums that give this share of the flow gain (1), from the sum of the squared openings (1) and the table's
     /// slope (m³/s per unit opening).
-    pub(in crate::learning) fn know_share(
+    pub(in crate::learning) fn set_share(
         &self,
         evidence: &mut CurveEvidence<T>,
         share: T,

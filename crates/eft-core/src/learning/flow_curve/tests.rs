@@ -6,7 +6,7 @@ mod equations;
 mod known;
 
 use super::*;
-use crate::learning::curve_nodes::undo;
+use crate::learning::curve_nodes::inverse_at;
 
 const CURVE: FlowCurve<f64> = FlowCurve {
     grid: CurveGrid::over(8.0),
@@ -89,14 +89,14 @@ fn directions_and_bands_are_found_beside_an_offset() {
     let state = learned(6.5, -0.02, sided);
     for n in -60..=60 {
         let table = 0.1 * f64::from(n);
-        let found = undo(&state.state.nodes.pieces, CURVE.grid.step, table);
+        let found = inverse_at(&state.state.nodes.pieces, CURVE.grid.step, table);
         assert!((found - sided(table)).abs() < 0.03, "{table}: {found} of {}", sided(table));
         assert!((state.apply(found) - table).abs() < 1e-12);
     }
     // A band that was never visited follows its direction, which shares the neighbours' departures for long.
     let state = learned(2.0, 0.0, sided);
     for (flow, ratio) in [(6.0, 1.05), (-6.0, 0.95)] {
-        let found = undo(&state.state.nodes.pieces, CURVE.grid.step, flow) / flow;
+        let found = inverse_at(&state.state.nodes.pieces, CURVE.grid.step, flow) / flow;
         assert!((found - ratio).abs() < 0.015, "{flow}: {found}");
     }
 }
@@ -107,7 +107,7 @@ fn known_values_stay_without_new_windows() {
     let (gain, slope, square) = (1.1, 9.0, 2e-3);
     let mut l = Learned::default();
     let known = (&mut l.state, &mut l.evidence);
-    CURVE.know(known, square, [asymmetry, deviation], [null, variance, of_gain], [gain, slope]);
+    CURVE.set_known(known, square, [asymmetry, deviation], [null, variance, of_gain], [gain, slope]);
     for _ in 0..2 {
         let off = [
             (l.evidence.asymmetry, asymmetry),
@@ -161,5 +161,5 @@ fn map_increases_whatever_was_learned() {
         before = value;
     }
     assert!(state.apply(f64::NAN).is_nan());
-    assert!(state.state.beyond > 0.0 || state.evidence.asymmetry.abs() < FARTHEST);
+    assert!(state.state.beyond > 0.0 || state.evidence.asymmetry.abs() < LARGEST_ASYMMETRY);
 }

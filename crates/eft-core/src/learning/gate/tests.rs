@@ -21,21 +21,22 @@ const GATE: Gate<f64> = Gate {
 struct Fixture {
     state: GateState<f64>,
     amount: f64,
-    keep: f64,
+    forgetting: f64,
 }
 
 impl Fixture {
     /// Whether a window counts.
-    fn window(&mut self, asked: f64, spool: f64) -> bool {
+    fn window(&mut self, commanded: f64, spool: f64) -> bool {
         GATE.wait(&mut self.state, 0);
-        let flow = FlowSample { taken: asked, predicted: asked, ..FlowSample::default() };
-        let s = Signals { flow, spool, asked, asked_change: 0.0 };
+        let flow = FlowSample { measured: commanded, predicted: commanded, ..FlowSample::default() };
+        let s = Signals { flow, spool, commanded, commanded_change: 0.0 };
         if GATE.judge(&mut self.state, &s, true) != Verdict::Accepted {
             return false;
         }
-        let [weight, keep] = GATE.weigh(&mut self.state, &mut self.amount, [spool, asked], &s);
-        self.keep = keep;
-        weight > 0.0
+        let Weight { time, forgetting } =
+            GATE.weight(&mut self.state, &mut self.amount, [spool, commanded], &s);
+        self.forgetting = forgetting;
+        time > 0.0
     }
 }
 
@@ -51,11 +52,11 @@ fn only_motion_that_the_models_explain_counts() {
 
 #[test]
 fn a_saturated_command_or_spool_does_not_count() {
-    let s = Signals { flow: FlowSample::default(), spool: 0.1, asked: 0.1, asked_change: 0.0 };
+    let s = Signals { flow: FlowSample::default(), spool: 0.1, commanded: 0.1, commanded_change: 0.0 };
     for (openings, counts) in [([0.1, 0.1], true), ([0.95, 0.1], false), ([0.1, 0.95], false)] {
         let (mut state, mut amount) = (GateState::default(), 0.0);
-        let [weight, _] = GATE.weigh(&mut state, &mut amount, openings, &s);
-        assert_eq!(weight > 0.0 && amount > 0.0, counts, "{openings:?}");
+        let weight = GATE.weight(&mut state, &mut amount, openings, &s);
+        assert_eq!(weight.time > 0.0 && amount > 0.0, counts, "{openings:?}");
     }
 }
 
@@ -75,7 +76,7 @@ fn old_evidence_is_forgotten_only_with_new() {
     for _ in 0..1000 {
         gate.window(0.3, 0.3);
     }
-    assert!((gate.keep - (1.0 - 0.016)).abs() < 0.01, "{}", gate.keep);
+    assert!((gate.forgetting - (1.0 - 0.016)).abs() < 0.01, "{}", gate.forgetting);
     let before = gate.amount;
     for _ in 0..1000 {
         gate.window(0.0, 0.0);
@@ -85,16 +86,15 @@ fn old_evidence_is_forgotten_only_with_new() {
 
 #[test]
 fn the_first_evidence_is_kept_and_half_of_the_forgetting_is_reached_at_the_stated_amount() {
-    let s = Signals { flow: FlowSample::default(), spool: 0.1, asked: 0.1, asked_change: 0.0 };
-    let keeps = |amount: f64| {
+    let s = Signals { flow: FlowSample::default(), spool: 0.1, commanded: 0.1, commanded_change: 0.0 };
+    let forgetting = |amount: f64| {
         let (mut state, mut amount) = (GateState::default(), amount);
-        let [_, keep] = GATE.weigh(&mut state, &mut amount, [0.1; 2], &s);
-        keep
+        GATE.weight(&mut state, &mut amount, [0.1; 2], &s).forgetting
     };
-    assert!((keeps(0.9 * GATE.kept) - 1.0).abs() < 1e-15);
+    assert!((forgetting(0.9 * GATE.kept) - 1.0).abs() < 1e-15);
     // The evidence that is kept is 1 % of this amount.
-    assert!((keeps(GATE.half) - (1.0 - 0.008)).abs() < 1e-4, "{}", keeps(GATE.half));
-    assert!((keeps(1e3 * GATE.half) - (1.0 - 0.016)).abs() < 1e-4, "{}", keeps(1e3 * GATE.half));
+    assert!((forgetting(GATE.half) - (1.0 - 0.008)).abs() < 1e-4, "{}", forgetting(GATE.half));
+    assert!((forgetting(1e3 * GATE.half) - (1.0 - 0.016)).abs() < 1e-4, "{}", forgetting(1e3 * GATE.half));
 }
 
 /// A gate whose averages are those of the last window.
@@ -113,9 +113,9 @@ fn near(what: &str, found: f64, expected: f64) {
 }
 
 /// Signals of an unexplained flow and a measured flow, without an opening.
-fn flows(missed: f64, taken: f64) -> Signals<f64> {
-    let flow = FlowSample { missed, taken, ..FlowSample::default() };
-    Signals { flow, spool: 0.0, asked: 0.0, asked_change: 0.0 }
+fn flows(residual: f64, measured: f64) -> Signals<f64> {
+    let flow = FlowSample { residual, measured, ..FlowSample::default() };
+    Signals { flow, spool: 0.0, commanded: 0.0, commanded_change: 0.0 }
 }
 
 #[test]
@@ -134,8 +134,8 @@ fn a_hold_off_ends_a_window_earlier_but_not_before_the_least() {
 fn error_and_signal_are_sums_of_the_squares_of_flows_and_openings() {
     let gate = Gate { average: 0.25, ..PROMPT };
     let mut state = GateState { error: 2.0, signal: 5.0, ..GateState::default() };
-    let flow = FlowSample { taken: 0.7, predicted: 0.4, missed: 0.6, late: 9.0 };
-    let s = Signals { flow, spool: 0.5, asked: 0.8, asked_change: 9.0 };
+    let flow = FlowSample { measured: 0.7, predicted: 0.4, residual: 0.6, delay_regressor: 9.0 };
+    let s = Signals { flow, spool: 0.5, commanded: 0.8, commanded_change: 9.0 };
     gate.judge(&mut state, &s, true);
     // Flows count as the openings that pass them.
     near("error", state.error, 0.75 * 2.0 + 0.25 * (3.0 * 0.36 + 0.09));
@@ -145,22 +145,22 @@ fn error_and_signal_are_sums_of_the_squares_of_flows_and_openings() {
 
 #[test]
 fn a_test_ratio_of_one_is_accepted() {
-    let verdict = |missed: f64| PROMPT.judge(&mut GateState::default(), &flows(missed, 2.0), true);
+    let verdict = |residual: f64| PROMPT.judge(&mut GateState::default(), &flows(residual, 2.0), true);
     assert_eq!(verdict(1.0), Verdict::Accepted);
     assert_eq!(verdict(1.001), Verdict::Rejected { learned: false });
 }
 
 #[test]
 fn after_a_rejection_a_test_ratio_of_one_half_is_rejected_until_something_is_learned() {
-    let verdict = |missed: f64, cautious: bool| {
+    let verdict = |residual: f64, cautious: bool| {
         let mut state = GateState { cautious, ..GateState::default() };
-        PROMPT.judge(&mut state, &flows(missed, 2.0), true)
+        PROMPT.judge(&mut state, &flows(residual, 2.0), true)
     };
-    for (missed, cautious, accepted) in [(0.7, true, true), (0.72, true, false), (0.72, false, true)] {
-        assert_eq!(verdict(missed, cautious) == Verdict::Accepted, accepted, "{missed} {cautious}");
+    for (residual, cautious, accepted) in [(0.7, true, true), (0.72, true, false), (0.72, false, true)] {
+        assert_eq!(verdict(residual, cautious) == Verdict::Accepted, accepted, "{residual} {cautious}");
     }
     let (mut state, s) = (GateState { cautious: true, ..GateState::default() }, flows(0.0, 2.0));
-    PROMPT.weigh(&mut state, &mut 0.0, [0.1; 2], &Signals { asked: 0.6, ..s });
+    PROMPT.weight(&mut state, &mut 0.0, [0.1; 2], &Signals { commanded: 0.6, ..s });
     assert!(state.learned && !state.cautious);
 }
 
@@ -176,9 +176,9 @@ fn a_rejection_holds_off_and_reports_once_that_something_was_learned() {
 #[test]
 fn nothing_is_judged_while_held_off_or_unusable() {
     for (hold_off, usable) in [(1, true), (0, false), (1, false)] {
-        for missed in [0.0, 2.0] {
+        for residual in [0.0, 2.0] {
             let mut state = GateState { hold_off, ..GateState::default() };
-            assert_eq!(PROMPT.judge(&mut state, &flows(missed, 2.0), usable), Verdict::Passed);
+            assert_eq!(PROMPT.judge(&mut state, &flows(residual, 2.0), usable), Verdict::Passed);
             assert_eq!(state.hold_off, hold_off);
         }
     }
@@ -188,9 +188,9 @@ fn nothing_is_judged_while_held_off_or_unusable() {
 fn a_signal_of_three_times_the_excitation_may_be_noise() {
     let gate = Gate { per_square_flow: 1.0, ..PROMPT };
     // The square of 1.5 is nine times the excitation.
-    for (taken, expected) in [(1.5, Verdict::Passed), (1.51, Verdict::Rejected { learned: false })] {
+    for (measured, expected) in [(1.5, Verdict::Passed), (1.51, Verdict::Rejected { learned: false })] {
         let mut state = GateState::default();
-        assert_eq!(gate.judge(&mut state, &flows(3.0, taken), true), expected, "{taken}");
+        assert_eq!(gate.judge(&mut state, &flows(3.0, measured), true), expected, "{measured}");
         assert_eq!(state.is_held_off(), expected != Verdict::Passed);
     }
 }
@@ -203,18 +203,18 @@ fn without_a_signal_the_test_ratio_is_zero() {
     near("test ratio", faint.test_ratio(&PROMPT), 40.0);
 }
 
-/// The weight of a window with this opening, its change, and the openings before the filters.
-fn weight([asked, asked_change]: [f64; 2], openings: [f64; 2]) -> f64 {
-    let s = Signals { asked, asked_change, ..flows(0.0, 0.0) };
-    let [weight, keep] = PROMPT.weigh(&mut GateState::default(), &mut 0.0, openings, &s);
-    near("share of no evidence", keep, 1.0);
-    weight
+/// The weight (s) of a window with this opening, its change, and the openings before the filters.
+fn weight([commanded, commanded_change]: [f64; 2], openings: [f64; 2]) -> f64 {
+    let s = Signals { commanded, commanded_change, ..flows(0.0, 0.0) };
+    let Weight { time, forgetting } = PROMPT.weight(&mut GateState::default(), &mut 0.0, openings, &s);
+    near("share of no evidence", forgetting, 1.0);
+    time
 }
 
 #[test]
 fn an_opening_or_its_rate_must_exceed_the_excitation() {
     // The change counts twice as much as the opening.
-    for (asked, counts) in [
+    for (commanded, counts) in [
         ([0.5, 0.0], false),
         ([0.51, 0.0], true),
         ([0.0, 0.25], false),
@@ -222,7 +222,7 @@ fn an_opening_or_its_rate_must_exceed_the_excitation() {
         ([0.3, 0.2], false),
         ([0.3, 0.21], true),
     ] {
-        near("weight", weight(asked, [0.1; 2]), if counts { 0.004 } else { 0.0 });
+        near("weight", weight(commanded, [0.1; 2]), if counts { 0.004 } else { 0.0 });
     }
 }
 
@@ -242,13 +242,14 @@ fn either_opening_at_the_end_of_the_linear_range_does_not_count() {
 #[test]
 fn evidence_above_the_kept_one_is_forgotten_in_proportion() {
     let gate = Gate { kept: 0.5, half: 2.0, forgotten: 0.1, ..PROMPT };
-    let s = Signals { asked: 0.6, ..flows(0.0, 0.0) };
-    for (before, keep) in [(0.4, 1.0), (0.5, 1.0), (1.5, 1.0 - 0.1 * 1.0 / 3.5), (4.0, 1.0 - 0.1 * 3.5 / 6.0)]
+    let s = Signals { commanded: 0.6, ..flows(0.0, 0.0) };
+    for (before, forgetting) in
+        [(0.4, 1.0), (0.5, 1.0), (1.5, 1.0 - 0.1 * 1.0 / 3.5), (4.0, 1.0 - 0.1 * 3.5 / 6.0)]
     {
         let mut amount = before;
-        let [weight, found] = gate.weigh(&mut GateState::default(), &mut amount, [0.1; 2], &s);
-        near("weight", weight, 0.004);
-        near("share", found, keep);
-        near("evidence", amount, keep * before + 0.36 * 0.004);
+        let weight = gate.weight(&mut GateState::default(), &mut amount, [0.1; 2], &s);
+        near("weight", weight.time, 0.004);
+        near("share", weight.forgetting, forgetting);
+        near("evidence", amount, forgetting * before + 0.36 * 0.004);
     }
 }

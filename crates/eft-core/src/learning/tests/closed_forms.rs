@@ -44,10 +44,10 @@ fn learn(
     let untouched = CurveEvidence::default();
     for _ in 0..WINDOWS {
         for demand in [-back * flow, forth * flow] {
-            let taken = demand.signum() * flow;
+            let measured = demand.signum() * flow;
             let left = offset - evidence.null;
             let passed = [demand + left * slope, slope];
-            let sample = CURVE.sample(&untouched, taken, passed, [-left, 0.0]);
+            let sample = CURVE.sample(&untouched, measured, passed, [-left, 0.0]);
             CURVE.learn(state, evidence, &sample, 1.0, 1.0);
             CURVE.update(state, evidence);
             CURVE.refresh(state, evidence);
@@ -136,10 +136,10 @@ fn without_evidence_the_variances_are_zero() {
     let squares = [[4.0, 0.0], [0.0, 9.0]];
     let sums = LeastSquares { matrix: [[0.5, 0.0], [0.0, 0.25]], ..LeastSquares::default() };
     priors.weights = [0.5, 0.75];
-    let [gain, delay] = priors.spread(&sums, &squares);
+    let [gain, delay] = priors.variances(&sums, &squares);
     assert!((gain - 4.0).abs() < 1e-12 && (delay - 9.0 * priors.period * priors.period).abs() < 1e-12);
     priors.weights = [0.0; 2];
-    assert_eq!(priors.spread(&LeastSquares::default(), &squares).map(f64::to_bits), [0; 2]);
+    assert_eq!(priors.variances(&LeastSquares::default(), &squares).map(f64::to_bits), [0; 2]);
 }
 
 #[test]
@@ -150,7 +150,7 @@ fn correlated_regressors_share_their_noise() {
     let sums = LeastSquares { matrix: [[3.5, 1.0], [2.0, 2.25]], ..LeastSquares::default() };
     // The covariance of the instruments' noise, between this inverse and its transpose: 0.36 - 0.12 + 0.09 and
     // 0.16 - 0.32 + 1.44 on the diagonal.
-    let [gain, delay] = priors.spread(&sums, &[[4.0, 2.0], [2.0, 9.0]]);
+    let [gain, delay] = priors.variances(&sums, &[[4.0, 2.0], [2.0, 9.0]]);
     assert!((gain - 0.33).abs() < 1e-12, "{gain}");
     assert!((delay / (priors.period * priors.period) - 1.28).abs() < 1e-12, "{delay}");
 }

@@ -112,16 +112,16 @@ fn a_flow_and_an_opening_compare_by_the_flow_gain() {
 #[test]
 fn leakage_exceeds_the_oils_flow_below_their_corner() {
     let corner = RIG.leakage / RIG.compressibility;
-    same("corner", learner().deviation.leaks_below, corner * corner + t::SLOWEST);
+    same("corner", learner().deviation.leakage_corner, corner * corner + t::SLOWEST);
     // Without leakage the lowest frequency remains.
     let tight = of(&Parameters { leakage: 0.0, ..RIG });
-    same("lowest frequency", tight.deviation.leaks_below, t::SLOWEST);
+    same("lowest frequency", tight.deviation.leakage_corner, t::SLOWEST);
 }
 
 #[test]
 fn the_phase_of_a_lead_network_differs_from_its_delay_by_the_stated_share() {
     for lead_alpha in [0.05, 0.1, 0.4] {
-        let share = of(&Parameters { lead_alpha, ..RIG }).deviation.of_phase;
+        let share = of(&Parameters { lead_alpha, ..RIG }).deviation.phase_deficit;
         // Phase of Eq. (8) at a small `ωT`.
         let angle = 1e-3;
         let lead = angle / (1.0 - lead_alpha);

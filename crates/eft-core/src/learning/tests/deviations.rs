@@ -3,16 +3,17 @@
 use crate::compensation::Deviations;
 use crate::learning::checkpoint::Evidence;
 use crate::learning::deviation::Deviation;
-use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range};
+use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range, Weight};
 
 const DEVIATION: Deviation<f64> = Deviation {
     correlation: 0.03,
     mean_correlation: 0.015,
     per_square_flow: 3000.0,
     half_sample: 2e-3,
-    leaks_below: 300.0,
-    of_phase: 0.45,
+    leakage_corner: 300.0,
+    phase_deficit: 0.45,
 };
+const WEIGHT: Weight<f64> = Weight { time: 0.25, forgetting: 0.9 };
 const RANGE: Range<f64> = Range { bounds: [0.0, 2.0], change: 1.0 };
 const PRIORS: Priors<f64> = Priors {
     period: 0.004,
@@ -61,7 +62,7 @@ fn near(what: &str, found: f64, expected: f64) {
 #[test]
 fn sums_of_a_window_have_its_weight_and_the_share_of_the_older_ones() {
     let mut sums = evidence();
-    DEVIATION.take(&mut sums, [0.3, 2e-3], [5e-3, 0.07], [0.25, 0.9]);
+    DEVIATION.add(&mut sums, [0.3, 2e-3], [5e-3, 0.07], WEIGHT);
     near("time", sums.time, 2.25 + 0.25);
     // Squared weights of the older openings.
     near("openings", sums.newer_openings, 0.12 * 0.81 + 0.25 * 0.09);
@@ -73,7 +74,7 @@ fn sums_of_a_window_have_its_weight_and_the_share_of_the_older_ones() {
 
 #[test]
 fn systematic_errors_are_those_of_the_stated_equations() {
-    let left = DEVIATION.left_out(4e-6, SQUARE, &flow(), &valve());
+    let left = DEVIATION.systematic(4e-6, SQUARE, &flow(), &valve());
     // The lead network's phase differs by this share of (ωT)²: in gain directly, and in delay times T.
     let share = 0.45 * SQUARE * 7e-3 * 7e-3;
     near("valve gain", left.valve_gain, (0.8 * share) * (0.8 * share));
@@ -87,7 +88,7 @@ fn systematic_errors_are_those_of_the_stated_equations() {
 fn a_disturbance_of_the_spools_sensor_is_what_exceeds_twice_the_models_error() {
     let of_model = 2.0 * 0.45 * SQUARE * 7e-3 * 7e-3;
     let residual = |errors: f64| Evidence { spool_errors: errors, ..evidence() };
-    let found = |errors: f64| DEVIATION.of_sensor(&residual(errors), SQUARE, &valve());
+    let found = |errors: f64| DEVIATION.disturbance(&residual(errors), SQUARE, &valve());
     // The squares of the openings are 0.4, and the time is 2.5 s.
     near("beyond", found(of_model * of_model * 0.4 + 6e-4), 6e-4 / 2.5);
     assert_eq!(found(0.99 * of_model * of_model * 0.4).to_bits(), 0);
@@ -95,59 +96,65 @@ fn a_disturbance_of_the_spools_sensor_is_what_exceeds_twice_the_models_error() {
 
 #[test]
 fn leakage_and_oil_are_late_by_the_velocitys_delay_and_half_a_sample() {
-    near("late", DEVIATION.late(&flow()), 3e-3 + 2e-3);
+    near("late", DEVIATION.lag(&flow()), 3e-3 + 2e-3);
 }
 
 #[test]
 fn the_leakage_has_half_of_the_square_at_its_corner() {
-    near("corner", DEVIATION.leaks(300.0), 0.5);
-    near("three times the corner's square", DEVIATION.leaks(900.0), 0.25);
-    near("standstill", DEVIATION.leaks(0.0), 1.0);
+    near("corner", DEVIATION.leakage_share(300.0), 0.5);
+    near("three times the corner's square", DEVIATION.leakage_share(900.0), 0.25);
+    near("standstill", DEVIATION.leakage_share(0.0), 1.0);
 }
 
 #[test]
 fn the_mean_opening_scatters_as_its_windows_together() {
-    near("variance", DEVIATION.of_mean(&evidence()), 0.015 * 6e-4 / 2.5);
+    near("variance", DEVIATION.mean_variance(&evidence()), 0.015 * 6e-4 / 2.5);
 }
 
 #[test]
 fn a_variance_has_a_part_of_the_noise_of_the_models_and_of_the_distance() {
-    let found =
-        DEVIATION.of(&evidence(), SQUARE, (&PRIORS, &flow()), (&PRIORS, &valve()), [2e-5, 0.05], SHARE);
+    let found = DEVIATION.deviations(
+        &evidence(),
+        SQUARE,
+        (&PRIORS, &flow()),
+        (&PRIORS, &valve()),
+        [2e-5, 0.05],
+        SHARE,
+    );
     // Mean squares of the residuals, for the number of independent windows. Older windows have less weight.
     let independent = 2.5 / 0.03 * 0.4 / 0.12;
     let (of_flow, of_spool) = (5e-6 / independent, 6e-4 / independent);
     // Diagonal information with the priors, and the squares of the instruments over its square.
-    let spread = |information: f64, squares: f64| squares / (information * information);
+    let scatter = |information: f64, squares: f64| squares / (information * information);
     let changes = 0.004 * 0.004;
     let share_of_oil = 3000.0 * 7e-7 / 0.4;
-    let left = DEVIATION.left_out(share_of_oil * 5e-3 * 5e-3, SQUARE, &flow(), &valve());
+    let left = DEVIATION.systematic(share_of_oil * 5e-3 * 5e-3, SQUARE, &flow(), &valve());
     let root = |noise: f64, systematic: f64, away: f64| (noise + systematic + away * away).sqrt();
     // The estimate is this far from the last result, and the last result this far from that of the table itself.
     let away = 0.02 - SHARE * 1.1;
-    near("flow gain", found.flow_gain, root(of_flow * spread(0.8, 0.4), left.flow_gain, away));
+    near("flow gain", found.flow_gain, root(of_flow * scatter(0.8, 0.4), left.flow_gain, away));
     near(
         "velocity delay",
         found.velocity_delay,
-        root(of_flow * spread(0.8, 0.7) * changes, left.velocity_delay, 4e-4),
+        root(of_flow * scatter(0.8, 0.7) * changes, left.velocity_delay, 4e-4),
     );
-    let valve_gain = root(of_spool * spread(0.6, 0.4), left.valve_gain, 0.01);
+    let valve_gain = root(of_spool * scatter(0.6, 0.4), left.valve_gain, 0.01);
     near("valve gain", found.valve_gain, valve_gain);
     near(
         "response delay",
         found.response_delay,
-        root(of_spool * spread(1.0, 0.7) * changes, left.response_delay, 3e-4),
+        root(of_spool * scatter(1.0, 0.7) * changes, left.response_delay, 3e-4),
     );
     // The mean of the spool's readings, and the gain that the null offset follows late.
     let late = 0.05 * valve_gain / 0.8;
-    let null_offset = (2e-5 + DEVIATION.of_mean(&evidence()) + late * late).sqrt();
+    let null_offset = (2e-5 + DEVIATION.mean_variance(&evidence()) + late * late).sqrt();
     near("null offset", found.null_offset, null_offset);
 }
 
 #[test]
 fn distances_dominate_where_they_are_large() {
     let far = GainAndDelay { gain: estimate(1.1, 3.0), delay: estimate(-3e-3, -0.5) };
-    let found = DEVIATION.of(&evidence(), SQUARE, (&PRIORS, &far), (&PRIORS, &far), [0.0; 2], 0.0);
+    let found = DEVIATION.deviations(&evidence(), SQUARE, (&PRIORS, &far), (&PRIORS, &far), [0.0; 2], 0.0);
     for (found, away) in [(found.flow_gain, 3.0), (found.response_delay, 0.5), (found.velocity_delay, 0.5)] {
         assert!((found / away - 1.0).abs() < 0.01, "{found}, not {away}");
     }
@@ -156,7 +163,7 @@ fn distances_dominate_where_they_are_large() {
 #[test]
 fn nothing_is_known_without_time_or_without_motion() {
     let of = |evidence: &Evidence<f64>| {
-        DEVIATION.of(evidence, SQUARE, (&PRIORS, &flow()), (&PRIORS, &valve()), [2e-5, 0.05], SHARE)
+        DEVIATION.deviations(evidence, SQUARE, (&PRIORS, &flow()), (&PRIORS, &valve()), [2e-5, 0.05], SHARE)
     };
     let motionless = Evidence { valve: LeastSquares::default(), ..evidence() };
     for unknown in [Evidence { time: 0.0, ..evidence() }, motionless, Evidence::default()] {

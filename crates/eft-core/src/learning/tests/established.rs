@@ -79,7 +79,7 @@ macro_rules! holds {
         within(flow.nominal_delay, least, most);
         within(learner.valve.lag_per_delay, 1.0 / 512.0, 2048.0);
         assert!(learner.valve.lag_per_delay * (longest + most + 0.5 * most) <= sample * 1_048_576.0);
-        within(learner.valve.of_phase, 0.0, 2_097_152.0);
+        within(learner.valve.phase_deficit, 0.0, 2_097_152.0);
         within(learner.valve.lead_gain, 0.0, 1e12);
         within(learner.valve.priors.per_period, 1.0, 2e11);
         within(learner.null_gain, 0.0, 1e12);

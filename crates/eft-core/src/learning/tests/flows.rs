@@ -1,9 +1,10 @@
 //! The equations of the flow estimator.
 
 use crate::learning::flow::{FlowEstimator, FlowSample};
-use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range};
+use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range, Weight};
 
 const PERIOD: f64 = 0.004;
+const WEIGHT: Weight<f64> = Weight { time: 0.25, forgetting: 0.9 };
 const RANGE: Range<f64> = Range { bounds: [-1.0, 2.0], change: 1.0 };
 const ESTIMATOR: FlowEstimator<f64> = FlowEstimator {
     priors: Priors {
@@ -27,23 +28,24 @@ fn near(what: &str, found: f64, expected: f64) {
 #[test]
 fn both_flows_are_shifted_by_half_of_the_delay() {
     let (gain, delay) = (1.2, 5e-3);
-    let [taken, taken_change] = [0.7, 0.05];
+    let [measured, measured_change] = [0.7, 0.05];
     let [predicted, predicted_change] = [0.4, 0.03];
-    let s = ESTIMATOR.sample(&estimates(gain, delay), [taken, taken_change], [predicted, predicted_change]);
+    let s =
+        ESTIMATOR.sample(&estimates(gain, delay), [measured, measured_change], [predicted, predicted_change]);
     let at_one_instant = |flow: f64, change: f64, shift: f64| flow + shift * change / PERIOD;
-    let missed = at_one_instant(taken, taken_change, 0.5 * delay)
+    let residual = at_one_instant(measured, measured_change, 0.5 * delay)
         - gain * at_one_instant(predicted, predicted_change, -0.5 * delay);
-    near("unexplained", s.missed, missed);
-    near("change by a window's delay", s.late, -0.5 * (0.05 + 1.2 * 0.03));
-    near("taken", s.taken, taken);
+    near("residual", s.residual, residual);
+    near("change by a window's delay", s.delay_regressor, -0.5 * (0.05 + 1.2 * 0.03));
+    near("measured", s.measured, measured);
     near("predicted", s.predicted, predicted);
 }
 
 #[test]
 fn sums_refer_to_the_configured_gain_and_delay() {
-    let sample = FlowSample { taken: 0.7, predicted: 0.4, late: -0.05, missed: 9.0 };
+    let sample = FlowSample { measured: 0.7, predicted: 0.4, delay_regressor: -0.05, residual: 9.0 };
     let mut sums = LeastSquares::default();
-    ESTIMATOR.take(&mut sums, &sample, [0.5, -0.2], [0.25, 0.9]);
+    ESTIMATOR.add(&mut sums, &sample, [0.5, -0.2], WEIGHT);
     // A gain of 1, and the configured delay of three quarters of a window.
     let error = 0.7 - 0.4 + 0.75 * 0.05;
     near("gain", sums.matrix[0][0], 0.25 * 0.5 * 0.4);
@@ -59,21 +61,21 @@ fn the_earlier_flow_lags_by_the_delay_and_keeps_its_amplitude() {
     let share = 1.0 / 2.5;
     let back = 1.0 + 0.5 * square * delay * (delay + PERIOD);
     let (lagged, now) = ([3.0, 5.0], [7.0, 11.0]);
-    let together = |delay: f64| ESTIMATOR.together(&estimates(1.0, delay), lagged, now, square);
+    let synchronize = |delay: f64| ESTIMATOR.synchronize(&estimates(1.0, delay), lagged, now, square);
     // A late velocity: the table's flow has to wait.
-    let ([taken, flow], [taken_out, flow_out]) = together(delay);
-    near("measured", taken, 7.0);
+    let ([measured, flow], [measured_out, flow_out]) = synchronize(delay);
+    near("measured", measured, 7.0);
     near("table's", flow, 5.0 + share * 6.0);
-    near("measured", taken_out, 7.0);
+    near("measured", measured_out, 7.0);
     near("table's", flow_out, back * flow);
     // A late spool: the measured flow has to wait.
-    let ([taken, flow], [taken_out, flow_out]) = together(-delay);
-    near("measured", taken, 3.0 + share * 4.0);
+    let ([measured, flow], [measured_out, flow_out]) = synchronize(-delay);
+    near("measured", measured, 3.0 + share * 4.0);
     near("table's", flow, 11.0);
-    near("measured", taken_out, back * taken);
+    near("measured", measured_out, back * measured);
     near("table's", flow_out, 11.0);
     // No delay: both pass.
-    assert_eq!(together(0.0), (now, now));
+    assert_eq!(synchronize(0.0), (now, now));
 }
 
 #[test]
@@ -83,7 +85,7 @@ fn a_lagged_swing_keeps_its_size() {
         let (mut lagged, mut largest) = ([0.0; 2], 0.0_f64);
         for n in 0..4000_u32 {
             let now = [0.0, swing(f64::from(n))];
-            let (next, [_, flow]) = ESTIMATOR.together(&estimates(1.0, delay), lagged, now, omega * omega);
+            let (next, [_, flow]) = ESTIMATOR.synchronize(&estimates(1.0, delay), lagged, now, omega * omega);
             lagged = next;
             largest = if n > 2000 { largest.max(flow) } else { 0.0 };
         }
@@ -94,7 +96,7 @@ fn a_lagged_swing_keeps_its_size() {
 #[test]
 fn a_lag_of_less_than_a_window_is_one() {
     // A delay of half a window, smaller than the bound of a comparison with anything but zero.
-    let ([taken, flow], _) = ESTIMATOR.together(&estimates(1.0, 0.5 * PERIOD), [0.0; 2], [1.0; 2], 0.0);
-    near("measured", taken, 1.0);
+    let ([measured, flow], _) = ESTIMATOR.synchronize(&estimates(1.0, 0.5 * PERIOD), [0.0; 2], [1.0; 2], 0.0);
+    near("measured", measured, 1.0);
     near("table's", flow, 1.0 / 1.5);
 }

@@ -21,18 +21,18 @@ fn learner() -> Learner<f64, 21> {
     Learner::<f64, 21>::new(&RIG).unwrap()
 }
 
-/// Standard deviations for noise of flow and spool (1). `not_late` (s²) is the square of the time by which the flows of
+/// Standard deviations for noise of flow and spool (1). `lag_square` (s²) is the square of the time by which the flows of
 /// leakage and oil are not late, times the square of their share.
-fn deviations(learner: &Learner<f64, 21>, not_late: f64, [of_flow, of_spool]: [f64; 2]) -> Deviations<f64> {
+fn deviations(learner: &Learner<f64, 21>, lag_square: f64, [of_flow, of_spool]: [f64; 2]) -> Deviations<f64> {
     let rest = learner.at_rest();
-    let left_out = learner.deviation.left_out(not_late, SQUARE, &rest.flow, &rest.valve.found);
+    let systematic = learner.deviation.systematic(lag_square, SQUARE, &rest.flow, &rest.valve.found);
     let root = |noise: f64, systematic: f64| libm::sqrt(noise * noise + systematic);
     let frequency = libm::sqrt(SQUARE);
     Deviations {
-        flow_gain: root(of_flow, left_out.flow_gain),
-        valve_gain: root(of_spool, left_out.valve_gain),
-        response_delay: root(of_spool / frequency, left_out.response_delay),
-        velocity_delay: root(of_flow / frequency, left_out.velocity_delay),
+        flow_gain: root(of_flow, systematic.flow_gain),
+        valve_gain: root(of_spool, systematic.valve_gain),
+        response_delay: root(of_spool / frequency, systematic.response_delay),
+        velocity_delay: root(of_flow / frequency, systematic.velocity_delay),
         null_offset: 0.01,
     }
 }
@@ -46,9 +46,9 @@ fn started(learner: &Learner<f64, 21>, deviations: Deviations<f64>, null_offset:
 }
 
 /// The square of the time by which leakage and oil are not late, times the square of their share, by the sums (s²).
-fn not_late(state: &LearnerState<f64>) -> f64 {
+fn lag_square(state: &LearnerState<f64>) -> f64 {
     let learner = learner();
-    let late = learner.deviation.late(&state.flow);
+    let late = learner.deviation.lag(&state.flow);
     learner.deviation.per_square_flow * state.evidence.compressed * late * late
 }
 
@@ -61,7 +61,7 @@ fn a_started_learner_has_the_saved_deviations_and_their_systematic_parts() {
     let expected = 4e-7;
     let given = deviations(&learner(), expected, [5e-3, 4e-3]);
     let state = started(&learner(), given, 0.0);
-    near("systematic part", not_late(&state), expected, 1e-9);
+    near("systematic part", lag_square(&state), expected, 1e-9);
     for (what, found, expected) in [
         ("flow gain", state.deviations.flow_gain, given.flow_gain),
         ("valve gain", state.deviations.valve_gain, given.valve_gain),
@@ -95,7 +95,7 @@ fn a_started_correction_has_the_saved_deviations() {
 fn a_fiftieth_of_a_variance_remains_noise() {
     let all = 4e-7;
     let state = started(&learner(), deviations(&learner(), all, [0.0, 4e-3]), 0.0);
-    near("systematic part", not_late(&state), 0.98 * all, 1e-6);
+    near("systematic part", lag_square(&state), 0.98 * all, 1e-6);
     assert!(state.deviations.velocity_delay.is_finite() && state.deviations.flow_gain.is_finite());
 }
 
@@ -118,11 +118,11 @@ fn noise_is_correlated_for_the_time_of_taps_and_two_low_passes() {
 fn leakage_and_oil_share_their_error_by_their_squares() {
     let mut learner = learner();
     let rest = learner.at_rest();
-    learner.deviation.leaks_below = 300.0;
-    let left_out = learner.deviation.left_out(4e-6, SQUARE, &rest.flow, &rest.valve.found);
+    learner.deviation.leakage_corner = 300.0;
+    let systematic = learner.deviation.systematic(4e-6, SQUARE, &rest.flow, &rest.valve.found);
     // The leakage has 300/(300 + 900) of the square.
-    near("leakage", left_out.flow_gain, SQUARE * 1e-6, 1e-12);
-    near("oil", left_out.velocity_delay, 3e-6, 1e-12);
+    near("leakage", systematic.flow_gain, SQUARE * 1e-6, 1e-12);
+    near("oil", systematic.velocity_delay, 3e-6, 1e-12);
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_node_is_a_kalman_filter_whose_variance_grows_with_the_square_of_its_flow() 
         let grown = f64::min(variance + 9.0 * drift, 0.0225);
         let share = grown / (grown + noise);
         (variance, departure) = (share * noise, departure + share * error);
-        nodes.depart(&mut departures, node, [flow, error], [noise, drift]);
+        nodes.correct(&mut departures, node, [flow, error], [noise, drift]);
         near("variance", nodes.variances[node], variance, 1e-12);
         near("departure", departures[node], departure, 1e-12);
     }

@@ -1,8 +1,9 @@
 //! The equations of the least squares.
 
-use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range};
+use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range, Weight};
 
 const PERIOD: f64 = 0.004;
+const WEIGHT: Weight<f64> = Weight { time: 0.25, forgetting: 0.9 };
 const PRIORS: Priors<f64> = Priors {
     period: PERIOD,
     per_period: 1.0 / PERIOD,
@@ -25,7 +26,7 @@ fn near(what: &str, found: f64, expected: f64) {
 fn a_window_adds_products_of_instruments_with_regressors_and_the_error() {
     let mut found = sums([0.5, -0.6]);
     let ([z, w], [x, y], error) = ([0.3, -0.8], [0.9, -1.1], 0.05);
-    found.take([z, w], [x, y], error, [0.25, 0.9]);
+    found.add([z, w], [x, y], error, WEIGHT);
     let [[a, b], [c, d]] = found.matrix;
     near("z·x", a, 0.9 * 2.0 + 0.25 * z * x);
     near("z·y", b, 0.9 * 0.4 + 0.25 * z * y);
@@ -38,13 +39,13 @@ fn a_window_adds_products_of_instruments_with_regressors_and_the_error() {
 #[test]
 fn a_regressor_of_wrong_sign_leaves_no_negative_square() {
     let mut found = LeastSquares::default();
-    found.take([1.0, 1.0], [-1.0, -2.0], 0.1, [0.25, 0.9]);
+    found.add([1.0, 1.0], [-1.0, -2.0], 0.1, WEIGHT);
     let [[a, b], [c, d]] = found.matrix;
     assert_eq!([a, d].map(f64::to_bits), [0; 2]);
     near("z·y", b, -0.5);
     near("w·x", c, -0.25);
     // A small square is not raised.
-    found.take([0.5, 0.5], [0.5, 0.25], 0.1, [0.25, 0.9]);
+    found.add([0.5, 0.5], [0.5, 0.25], 0.1, WEIGHT);
     near("z·x", found.matrix[0][0], 0.0625);
     near("w·y", found.matrix[1][1], 0.03125);
 }
@@ -81,8 +82,8 @@ fn sums_that_contradict_themselves_change_nothing() {
         let before = state;
         priors.solve(&mut state, &LeastSquares { matrix, right: [0.1, 0.2] });
         assert_eq!(state, before);
-        let spread = priors.spread(&LeastSquares { matrix, right: [0.1, 0.2] }, &matrix);
-        assert_eq!(spread.map(f64::to_bits), [0; 2]);
+        let variances = priors.variances(&LeastSquares { matrix, right: [0.1, 0.2] }, &matrix);
+        assert_eq!(variances.map(f64::to_bits), [0; 2]);
     }
 }
 

@@ -3,7 +3,7 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use crate::compensation::{NODES, PIECES};
-use crate::learning::curve_nodes::{CurveNodes, between, undo};
+use crate::learning::curve_nodes::{CurveNodes, interpolate, inverse_at};
 
 /// The node at no flow.
 const ZERO: usize = PIECES / 2;
@@ -12,7 +12,7 @@ const ZERO: usize = PIECES / 2;
 fn moved(node: usize, noise: f64) -> [f64; 2] {
     let (mut nodes, mut departures) = (CurveNodes::<f64>::default(), [0.0; NODES]);
     let before = nodes.variances[node];
-    nodes.depart(&mut departures, node, [node as f64 - ZERO as f64, 0.1], [noise, 0.0]);
+    nodes.correct(&mut departures, node, [node as f64 - ZERO as f64, 0.1], [noise, 0.0]);
     [departures[node], nodes.variances[node] - before]
 }
 
@@ -34,7 +34,7 @@ fn the_node_at_zero_and_the_ends_do_not_move() {
 fn a_node_beyond_the_ends_is_ignored() {
     let (mut nodes, mut departures) = (CurveNodes::<f64>::default(), [0.0; NODES]);
     let before = nodes;
-    nodes.depart(&mut departures, NODES, [9.0, 0.1], [1e-2, 0.0]);
+    nodes.correct(&mut departures, NODES, [9.0, 0.1], [1e-2, 0.0]);
     assert!(nodes == before && departures.iter().all(|departure| departure.to_bits() == 0));
 }
 
@@ -44,7 +44,7 @@ fn a_window_between_two_nodes_moves_each_by_its_nearness() {
     let (mut nodes, mut departures) = (CurveNodes::<f64>::default(), [0.0; NODES]);
     for (flow, weight) in [(3.0, 0.75), (4.0, 0.25)] {
         let node = ZERO + flow as usize;
-        nodes.depart(&mut departures, node, [at, 0.1], [noise, 0.0]);
+        nodes.correct(&mut departures, node, [at, 0.1], [noise, 0.0]);
         // A belief of 5 % of the node's flow, and a measurement of `weight` times the departure.
         let belief = 0.0025 * flow * flow;
         let share = belief / (weight * weight * belief + noise);
@@ -57,7 +57,7 @@ fn a_window_between_two_nodes_moves_each_by_its_nearness() {
 fn a_departure_is_at_most_a_fifth_of_its_flow() {
     for (node, error, most) in [(ZERO + 3, 100.0, 0.6), (ZERO + 3, -100.0, -0.6), (ZERO - 5, 100.0, 1.0)] {
         let (mut nodes, mut departures) = (CurveNodes::<f64>::default(), [0.0; NODES]);
-        nodes.depart(&mut departures, node, [node as f64 - ZERO as f64, error], [1e-2, 0.0]);
+        nodes.correct(&mut departures, node, [node as f64 - ZERO as f64, error], [1e-2, 0.0]);
         assert!((departures[node] - most).abs() < 1e-12, "{}", departures[node]);
     }
 }
@@ -113,11 +113,11 @@ fn the_flow_before_the_map_is_found_from_that_after_it() {
         };
         let low = demand.floor();
         let flow = at(low) + (demand - low) * (at(low + 1.0) - at(low));
-        let found = undo(&nodes.pieces, step, flow * step);
+        let found = inverse_at(&nodes.pieces, step, flow * step);
         assert!((found - demand * step).abs() < 1e-12, "{demand}: {found}");
     }
     for beyond in [-8.5 * step, 8.5 * step] {
-        assert!((undo(&nodes.pieces, step, beyond) - beyond).abs() < 1e-15);
+        assert!((inverse_at(&nodes.pieces, step, beyond) - beyond).abs() < 1e-15);
     }
 }
 
@@ -126,7 +126,7 @@ fn departures_between_two_nodes_lie_on_a_line() {
     let mut departures = [0.0; NODES];
     (departures[ZERO + 2], departures[ZERO + 3]) = (0.3, -0.1);
     for (flow, expected) in [(1.5, 0.15), (2.0, 0.3), (2.25, 0.2), (3.0, -0.1), (3.5, -0.05), (9.0, 0.0)] {
-        let found: f64 = between(&departures, flow);
+        let found: f64 = interpolate(&departures, flow);
         assert!((found - expected).abs() < 1e-15, "{flow}: {found}");
     }
 }

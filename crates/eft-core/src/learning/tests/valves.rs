@@ -1,18 +1,19 @@
 //! The equations of the valve estimator.
 
 use crate::compensation::LeadNetwork;
-use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range};
+use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range, Weight};
 use crate::learning::valve::{ValveEstimator, ValveState};
 
 const ALPHA: f64 = 0.2;
 const PERIOD: f64 = 1.0 / 256.0;
 const SAMPLE: f64 = 1.0 / 4096.0;
+const WEIGHT: Weight<f64> = Weight { time: 0.25, forgetting: 0.9 };
 const RANGE: Range<f64> = Range { bounds: [1e-3, 2e-2], change: 1.0 };
 const ESTIMATOR: ValveEstimator<f64> = ValveEstimator {
     valve_gain: 0.25,
     lead_gain: 12.4,
     lag_per_delay: 2.0 * ALPHA / (1.0 - ALPHA),
-    of_phase: 0.45,
+    phase_deficit: 0.45,
     sample: SAMPLE,
     sampling_delay: 3.0 * SAMPLE,
     priors: Priors {
@@ -43,7 +44,7 @@ fn near(what: &str, found: f64, expected: f64) {
 fn a_valve_at_rest_is_closed_and_stays_closed() {
     let mut state = ESTIMATOR.at_rest();
     assert_eq!(state.opening().to_bits(), 0);
-    ESTIMATOR.asked(&mut state, 0.0, false);
+    ESTIMATOR.invert_lead(&mut state, 0.0, false);
     assert_eq!(state.opening().to_bits(), 0);
 }
 
@@ -54,7 +55,7 @@ fn the_commanded_opening_is_tustins_inverse_of_equation_8() {
     let lead = delay / (1.0 - ALPHA);
     let lag = ALPHA * lead;
     let (mut state, mut last) = (valve(1.0, delay), 0.3);
-    ESTIMATOR.asked(&mut state, last, true);
+    ESTIMATOR.invert_lead(&mut state, last, true);
     near("restart", state.opening(), last);
     let mut expected = last;
     for input in [0.35, 0.1, -0.2, -0.2, 0.05] {
@@ -62,7 +63,7 @@ fn the_commanded_opening_is_tustins_inverse_of_equation_8() {
             - (2.0 * lag - PERIOD) * last)
             / (2.0 * lead + PERIOD);
         last = input;
-        ESTIMATOR.asked(&mut state, input, false);
+        ESTIMATOR.invert_lead(&mut state, input, false);
         assert!((state.opening() - expected).abs() < 1e-14, "{} {expected}", state.opening());
     }
 }
@@ -70,10 +71,10 @@ fn the_commanded_opening_is_tustins_inverse_of_equation_8() {
 #[test]
 fn a_restart_forgets_the_last_opening() {
     let (mut one, mut other) = (valve(1.0, 7e-3), valve(1.0, 7e-3));
-    ESTIMATOR.asked(&mut one, 3.0, false);
+    ESTIMATOR.invert_lead(&mut one, 3.0, false);
     for state in [&mut one, &mut other] {
-        ESTIMATOR.asked(state, 1.0, true);
-        ESTIMATOR.asked(state, 2.0, false);
+        ESTIMATOR.invert_lead(state, 1.0, true);
+        ESTIMATOR.invert_lead(state, 2.0, false);
     }
     assert_eq!(one, other);
 }
@@ -81,24 +82,24 @@ fn a_restart_forgets_the_last_opening() {
 #[test]
 fn sums_refer_to_the_configured_delay_after_the_networks_output() {
     let mut sums = LeastSquares::default();
-    let (asked, decrease, spool) = (0.5, -0.04, 0.45);
-    ESTIMATOR.take(&valve(1.3, 7e-3), &mut sums, [asked, decrease], spool, [0.25, 0.9]);
+    let (commanded, decrease, spool) = (0.5, -0.04, 0.45);
+    ESTIMATOR.add(&valve(1.3, 7e-3), &mut sums, [commanded, decrease], spool, WEIGHT);
     // The inverse in use takes 2 ms more than the configured one, and the command is three samples older.
     let known = (2e-3 + 3.0 * SAMPLE) / PERIOD;
-    let error = spool - asked + known * decrease;
-    near("openings", sums.matrix[0][0], 0.25 * asked * asked);
+    let error = spool - commanded + known * decrease;
+    near("openings", sums.matrix[0][0], 0.25 * commanded * commanded);
     near("changes", sums.matrix[1][1], 0.25 * decrease * decrease);
-    near("products", sums.matrix[0][1], 0.25 * asked * decrease);
-    near("error by opening", sums.right[0], 0.25 * asked * error);
+    near("products", sums.matrix[0][1], 0.25 * commanded * decrease);
+    near("error by opening", sums.right[0], 0.25 * commanded * error);
     near("error by change", sums.right[1], 0.25 * decrease * error);
 }
 
 #[test]
 fn gain_and_sampling_delay_explain_the_spool() {
     // The command has the opening of three samples before, so the spool is ahead. The opening rises by 0.04 in a window.
-    let (asked, rise) = (0.5, 0.04);
-    let explained = 1.3 * asked + rise * 3.0 * SAMPLE / PERIOD;
-    let found = ESTIMATOR.missed(&valve(1.3, 7e-3), [asked, -rise], 0.45);
+    let (commanded, rise) = (0.5, 0.04);
+    let explained = 1.3 * commanded + rise * 3.0 * SAMPLE / PERIOD;
+    let found = ESTIMATOR.residual(&valve(1.3, 7e-3), [commanded, -rise], 0.45);
     near("unexplained", found, 0.45 - explained);
 }
 

@@ -88,7 +88,7 @@ fn a_sample_is_in_steps_and_compares_the_table_with_the_corrected_flow() {
 
 #[test]
 fn a_residual_excludes_the_offset_that_was_found_and_is_not_yet_in_use() {
-    let found = FlowCurve::unexplained(&state(), &evidence(), &SAMPLE);
+    let found = FlowCurve::residual(&state(), &evidence(), &SAMPLE);
     near("residual", found, 0.2 - 2e-3 * 8.0);
 }
 
@@ -104,7 +104,7 @@ fn a_tables_possible_error_is_no_noise_except_for_a_fiftieth() {
     for (error, noise) in [(0.3, 0.09 - 0.175 * 0.175), (0.1, 0.02 * 0.01)] {
         let mut learned = evidence();
         let sample = CurveSample { error: error + 2e-3 * 8.0, ..SAMPLE };
-        let variance = CURVE.observe(&state(), &mut learned, &sample);
+        let variance = CURVE.add_residual(&state(), &mut learned, &sample);
         near("windows", learned.windows, 0.875 * 6.0 + 1.0);
         near("squares", learned.squares, 0.875 * 0.3 + noise);
         near("variance", variance, CURVE.variance(&learned));
@@ -130,7 +130,7 @@ fn a_window_moves_the_two_nodes_beside_its_instrument() {
     let measured = [SAMPLE.instrument, 0.2 - 2e-3 * 8.0];
     // The instrument is between the third and the fourth node after the one at zero.
     for node in [11, 12] {
-        nodes.depart(&mut departures, node, measured, [noise, CURVE.drift]);
+        nodes.correct(&mut departures, node, measured, [noise, CURVE.drift]);
     }
     for (node, (found, expected)) in learned.departures.iter().zip(departures).enumerate() {
         near("departure", *found, expected);
@@ -145,7 +145,7 @@ fn the_sums_of_a_direction_forget_a_share_of_the_flow_gains_forgetting() {
     let (mut now, mut learned) = (state(), evidence());
     CURVE.learn(&mut now, &mut learned, &SAMPLE, 1.1, 0.6);
     let mut expected = evidence();
-    FlowCurve::gather(&mut expected, &SAMPLE, 1.1, 1.0 - 0.25 * 0.4);
+    FlowCurve::add_direction(&mut expected, &SAMPLE, 1.1, 1.0 - 0.25 * 0.4);
     assert_eq!(learned.directions, expected.directions);
 }
 
@@ -155,7 +155,7 @@ fn a_direction_sums_products_of_slope_instrument_flow_and_error() {
         let mut learned = evidence();
         let [demand, instrument, passed] = [3.4, 3.5, 3.7].map(|flow| sign * flow);
         let sample = CurveSample { demand, instrument, passed, ..SAMPLE };
-        FlowCurve::gather(&mut learned, &sample, 1.1, 0.9);
+        FlowCurve::add_direction(&mut learned, &sample, 1.1, 0.9);
         let (before, after) = (evidence().directions, learned.directions);
         assert_eq!(after[1 - direction], before[1 - direction], "the other direction");
         let (before, after) = (before[direction], after[direction]);
@@ -178,7 +178,7 @@ fn a_direction_sums_products_of_slope_instrument_flow_and_error() {
 #[test]
 fn a_window_without_flow_counts_forwards() {
     let mut learned = evidence();
-    FlowCurve::gather(&mut learned, &CurveSample { instrument: 0.0, ..SAMPLE }, 1.1, 0.9);
+    FlowCurve::add_direction(&mut learned, &CurveSample { instrument: 0.0, ..SAMPLE }, 1.1, 0.9);
     assert_eq!(learned.directions[0], evidence().directions[0]);
 }
 
@@ -186,14 +186,14 @@ fn a_window_without_flow_counts_forwards() {
 fn the_common_departure_is_a_share_of_the_flow_with_a_weak_prior() {
     let mut learned = CurveEvidence { instrument_departures: 0.9, ..CurveEvidence::default() };
     let small = CurveSample { demand: 0.03, instrument: 0.04, ..SAMPLE };
-    FlowCurve::gather(&mut learned, &small, 1.1, 0.9);
+    FlowCurve::add_direction(&mut learned, &small, 1.1, 0.9);
     let departures = 0.9 * 0.9 + 1.1 * 0.04 * 0.06;
     near("sum", learned.instrument_departures, departures);
     // One hundredth of a squared step is the prior's weight.
     near("common", learned.common, 1.1 * departures / (1.21 * 0.04 * 0.03 + 0.01));
     // Both directions count.
     let mut both = evidence();
-    FlowCurve::gather(&mut both, &SAMPLE, 1.1, 0.9);
+    FlowCurve::add_direction(&mut both, &SAMPLE, 1.1, 0.9);
     let flows = both.directions.iter().map(|direction| direction.flows).sum::<f64>() + 0.01;
     near("common", both.common, 1.1 * both.instrument_departures / flows);
 }

@@ -3,7 +3,7 @@
 use super::super::{CurveEvidence, CurveSample, CurveState, Direction, FlowCurve};
 use super::{CURVE, Learned};
 use crate::compensation::NODES;
-use crate::learning::curve_nodes::prior;
+use crate::learning::curve_nodes::node_variance;
 
 /// Relative difference.
 fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
@@ -14,7 +14,7 @@ fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
 /// deviation of the spool's gain. The flow gain is 1.1, and the table's slope 9 m³/s.
 fn knowing(square: f64, asymmetry: [f64; 2], null: [f64; 3]) -> Learned {
     let mut l = Learned::default();
-    CURVE.know((&mut l.state, &mut l.evidence), square, asymmetry, null, [1.1, 9.0]);
+    CURVE.set_known((&mut l.state, &mut l.evidence), square, asymmetry, null, [1.1, 9.0]);
     l
 }
 
@@ -109,7 +109,7 @@ fn a_window_that_agrees_with_what_is_known_changes_nothing() {
         reading: 0.0,
     };
     for _ in 0..100 {
-        FlowCurve::gather(&mut l.evidence, &sample, 1.1, 1.0);
+        FlowCurve::add_direction(&mut l.evidence, &sample, 1.1, 1.0);
     }
     CURVE.update(&mut l.state, &mut l.evidence);
     CURVE.refresh(&mut l.state, &l.evidence);
@@ -119,18 +119,18 @@ fn a_window_that_agrees_with_what_is_known_changes_nothing() {
 #[test]
 fn a_departure_errs_by_its_prior_and_by_independent_errors_of_the_windows() {
     let (node, at, noise) = (11, 3.0, 2e-3);
-    let (mut l, mut error) = (Learned::default(), prior::<f64>(node));
+    let (mut l, mut error) = (Learned::default(), node_variance::<f64>(node));
     for _ in 0..400 {
         // The filter counts thirty windows as one.
         let given = [30.0 * noise, 0.0];
-        l.state.nodes.depart(&mut l.evidence.departures, node, [at, 0.0], given);
+        l.state.nodes.correct(&mut l.evidence.departures, node, [at, 0.0], given);
         let share = l.state.nodes.variances[node] / (30.0 * noise);
         error = (1.0 - share) * (1.0 - share) * error + share * share * noise;
     }
     let found = CURVE.departure_variances(&l.state.nodes.variances, &l.evidence.departures);
     near("variance", found[node], error, 1e-9);
     // A node that was never visited has its prior.
-    near("prior", found[node + 1], prior(node + 1), 1e-12);
+    near("prior", found[node + 1], node_variance(node + 1), 1e-12);
     assert!(found[node] < 0.3 * l.state.nodes.variances[node]);
 }
 
@@ -152,7 +152,7 @@ fn a_departure_errs_by_a_quarter_of_the_second_difference_of_the_nodes_up_to_its
 fn variances_of_the_filters_give_the_stated_ones() {
     let mut departures = [0.0; NODES];
     departures[12] = 0.04;
-    let stated = core::array::from_fn(|node| 0.3 * prior::<f64>(node));
+    let stated = core::array::from_fn(|node| 0.3 * node_variance::<f64>(node));
     let variances = CURVE.filter_variances(&stated, &departures, 0.98);
     let again = CURVE.departure_variances(&variances, &departures);
     for (found, expected) in again.into_iter().zip(stated) {
@@ -163,5 +163,5 @@ fn variances_of_the_filters_give_the_stated_ones() {
     assert!(exact[12] > 0.0 && exact[12] < 1e-6);
     // Nothing is known worse than at the start.
     let unknown = CURVE.filter_variances(&[1.0; NODES], &departures, 0.98);
-    near("prior", unknown[10], prior(10), 1e-12);
+    near("prior", unknown[10], node_variance(10), 1e-12);
 }

@@ -114,11 +114,11 @@ fn the_correction_learns_from_flows_at_no_load() {
     learner.update(&mut state, &window(0, LOADED));
 
     let measured = 0.25 - 0.03125 - 0.078125;
-    let taken = (2.0 * 3.0 + LEAK * 1536.0) / 0.5 / 1.5;
+    let measured_flow = (2.0 * 3.0 + LEAK * 1536.0) / 0.5 / 1.5;
     // The instrument is the table's flow at the commanded opening, behind the spool's gain and the null offset.
     let ahead = 1.25 * (0.5 - 0.0625) - measured;
     let passed = [GREATEST * measured, 1.25 * GREATEST];
-    let sample = learner.curve.sample(&evidence, taken, passed, [ahead, 0.25 - 1.25 * 0.5]);
+    let sample = learner.curve.sample(&evidence, measured_flow, passed, [ahead, 0.25 - 1.25 * 0.5]);
     learner.curve.learn(&mut nodes, &mut evidence, &sample, 1.5, 1.0);
     learner.curve.refresh(&mut nodes, &evidence);
     assert_eq!((state.curve, state.evidence.curve), (nodes, evidence));
