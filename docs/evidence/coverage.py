@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import learned_motion
 import numpy as np
 from random_rigs import ADAPTIVE, RANGES, RATE, true
 
@@ -19,8 +20,6 @@ from eft.benchmark._excitations import within_the_rig
 
 RESULTS = Path(__file__).parent / "data" / "coverage.csv"
 SEED, COUNT = 20168, 200
-# Angular frequency (rad/s) in the middle of the sweep's last four seconds.
-SPEED = 2 * np.pi * 5.5
 CURVE = ADAPTIVE | {"compensation.curve_correction": True}
 # Openings at which the flow curve is judged; the motion reaches them.
 OPENINGS = (-0.15, -0.1, -0.05, 0.05, 0.1, 0.15)
@@ -103,23 +102,17 @@ def test(rig: eft.Rig, amplitude: float) -> eft.TestRun:
     return eft.simulate(rig, within_the_rig(rig.replace({"truth": None}), sweep))
 
 
-def delay_of(run: eft.TestRun) -> float:
-    """Delay (s) of the spool behind a held command: the phase of the three-stage valve at `SPEED`."""
-    valve, pilot = delay_of_valve(run.rig.plant), run.rig.plant["servovalve.pilot_time_constant"]
-    phase = np.arctan2(SPEED * valve, 1 - pilot * valve * SPEED**2)
-    return float(phase / SPEED + 0.5 / RATE)
-
-
 def gain_and_delays(size: str, index: int) -> Iterator[Row]:
-    """Flow gain and delays of a valve whose table is right."""
+    """Gains and delays of a valve whose table is right; its own are those of the motion that was learned."""
     rig, truth = draw(index, size)
     changes = ADAPTIVE | true({"servovalve.flow_gain_scale": truth["flow_gain"]})
     run = test(rig.replace(changes), truth["amplitude"])
+    valve_gain, response_delay = learned_motion.gain_and_delay(run)
     expected = {
         "flow_gain": truth["flow_gain"],
-        "valve_gain": 1.0,
+        "valve_gain": valve_gain,
         "velocity_delay": truth["velocity_delay"],
-        "response_delay": delay_of(run),
+        "response_delay": response_delay,
     }
     kept = run.calibration
     assert kept is not None

@@ -22,11 +22,12 @@ pub struct Calibration<S: Scalar> {
     pub per_flow_gain: S,
     /// The inverse of the estimated valve, with the guard's level in its gain.
     pub lead: LeadNetwork<S>,
-    /// Delay (s) of the measured spool after its command: that of the valve, half a sample of hold, and computation.
+    /// Delay (s) of the measured spool after its command: that of the valve, half a sample of hold, and computation. It is that of
+    /// the lead network that undoes the valve best in the motion that was learned.
     pub response_delay: S,
     /// Delay (s) of the measured velocity after the measured spool. The lead network compensates for both delays.
     pub velocity_delay: S,
-    /// The spool's gain over the configured one (1).
+    /// The spool's gain over the configured one (1), with that network, in that motion. It exceeds the gain at rest.
     pub valve_gain: S,
     /// Commanded opening (1) at which the valve passes nothing at no load.
     pub null_offset: S,
@@ -48,7 +49,8 @@ integrity!(Calibration<T>: window, status, flow_gain, per_flow_gain, lead, respo
 ///
 /// They have two parts. The scatter from test to test by noise follows from the information of the least squares and
 /// from the models' mean square residual. The systematic errors of the models are the same in every test. Their size
-/// follows from the delays and from the motion's mean-square frequency. The page on self-calibration has the equations.
+/// follows from the delays and from the motion's mean-square frequency; of some only a bound is known. The page on
+/// self-calibration has the equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

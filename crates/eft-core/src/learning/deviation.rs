@@ -1,19 +1,23 @@
 //! Standard deviations of the estimates: the scatter by noise, and the size of the models' systematic errors.
 //!
-//! The scatter follows from the least squares: their information, and the mean square of the residuals. The systematic
-//! errors are the same in every test. At the motion's frequency `ω` the models contain a delay `T` to the first power of
-//! `ωT`:
+//! The scatter follows from the least squares: their information, and the mean square of the residuals. Signals and noise have
+//! the same filter, so the noise that counts is that at the motion's frequency `ω`, and not that of the whole band.
 //!
-//! - The phase of the lead network for a delay `T` is `ωT·(1 − (1/3 + α/(1 − α)²)·(ωT)²)`. A spool of two or three stages
-//!   differs from its model by as much, in gain and delay.
-//! - The model applies the velocity's delay `δ` to the whole flow. The flows of leakage and of the oil's compression follow
-//!   from the force, so their delay differs by `δ` and by the half sample between the mean of a force and its change. The
-//!   oil's flow is in phase with the piston's: its share of the flow is the relative error of the delay. The leakage is in
-//!   quadrature: its share times `ωδ` is the error of the flow gain.
+//! Gain and delay of the valve are those of the lead network whose inverse follows the valve best in the motion that was
+//! learned. At one frequency it does so exactly, whatever the order of the valve, so a valve of two or three stages is no error.
+//! The systematic errors are the same in every test:
+//!
+//! - The estimator samples this network once a window `P`, at the frequency `2/P·tan(ωP/2)` in place of `ω`. Its delay `T` is thus
+//!   smaller by `T·(ωP)²/12`.
+//! - The flow model applies the velocity's delay `δ` to the whole flow. The flows of leakage and of the oil's compression follow
+//!   from the force, so they are not late. The oil's flow is late by the half sample `h` between the mean of a force and its
+//!   change. Its part in phase with the whole flow times `δ - h` is the error of the delay. The part of the leakage in
+//!   quadrature times `ωδ` is that of the flow gain. The sums contain the size of both flows and not their phase, so their shares
+//!   of the flow are bounds of these parts. A bound `a` is a standard deviation of `a/√3` (GUM, 4.3.7).
 //! - The null offset `b` is found beside the mean `s` of the spool's reading minus its gain `g` times the commanded opening,
 //!   `b = (b₀ - s)/g` with `s = (1 - g)·b₀`: an error of `g` has no effect, unless it changes. As `s` is an average over `τ`,
-//!   a change of `g` by `Δ` during the memory `m` of the null offset changes it by `b·(Δ/g)·τ/m`. The systematic error of
-//!   `g` increases with the frequency, so `Δ` is about the standard deviation of `g`.
+//!   a change of `g` by `Δ` during the memory `m` of the null offset changes it by `b·(Δ/g)·τ/m`. `Δ` contains the noise of `g`
+//!   and its increase with the frequency, about `g·(1/3 + α/(1 − α)²)·(ωT)²`.
 
 use crate::compensation::Deviations;
 use crate::integrity::integrity;
@@ -21,11 +25,19 @@ use crate::learning::checkpoint::Evidence;
 use crate::learning::least_squares::{GainAndDelay, Priors, Weight};
 use crate::number::Real;
 
+/// Variance of what is only known to lie within ±1, by a rectangular distribution.
+pub(super) const BOUNDED: f64 = 1.0 / 3.0;
+
 /// Constants of the standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Deviation<T> {
-    /// Correlation time (s) of an error in the estimators' band. The windows within it count as one.
+    /// Correlation time (s) of noise in the estimators' band, by its density at low frequencies. The windows within it count as
+    /// one.
     pub(crate) correlation: T,
+    /// Inverse square of the frequency (1/s) at which the estimators' filter passes half of the amplitude.
+    pub(crate) per_square_corner: T,
+    /// Share of the square of a frequency (1/s) by which the estimator's lead network is sampled at a higher one.
+    pub(crate) sampling: T,
     /// Duration (s) of an error of the flow curve over twice the time (s) that averages the offset of the spool's sensor.
     pub(crate) mean_correlation: T,
     /// Square of the opening (1) per square of a flow (m³/s).
@@ -34,16 +46,16 @@ pub(crate) struct Deviation<T> {
     pub(crate) half_sample: T,
     /// Square of the frequency (1/s²) below which the leakage exceeds the oil's flow; positive.
     pub(crate) leakage_corner: T,
-    /// Share of `(ωT)²` by which the phase of the lead network for a delay `T` differs from `ωT`.
+    /// Share of `(ωT)²` by which the valve's gain increases with the frequency, and by which the phase of its lead network differs
+    /// from `ωT`.
     pub(crate) phase_deficit: T,
 }
-integrity!(Deviation<T>: correlation, mean_correlation, per_square_flow, half_sample, leakage_corner, phase_deficit);
+integrity!(Deviation<T>: correlation, per_square_corner, sampling, mean_correlation, per_square_flow, half_sample, leakage_corner, phase_deficit);
 
-/// Squares of the systematic errors: of flow gain (1), valve gain (1), response delay (s) and velocity delay (s).
+/// Squares of the systematic errors: of flow gain (1), response delay (s) and velocity delay (s).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SystematicVariances<T> {
     pub(super) flow_gain: T,
-    pub(super) valve_gain: T,
     pub(super) response_delay: T,
     pub(super) velocity_delay: T,
 }
@@ -79,25 +91,27 @@ impl<T: Real> Deviation<T> {
         [null_variance, null_per_gain]: [T; 2],
         share: T,
     ) -> Deviations<T> {
-        let (zero, squares) = (T::splat(0.0), &evidence.valve.matrix);
+        let (zero, one, squares) = (T::splat(0.0), T::splat(1.0), &evidence.valve.matrix);
         let [[openings, _], _] = *squares;
         if !(evidence.time > zero && openings > zero) {
             return Deviations::unknown();
         }
-        let lag = self.lag(flow_estimate);
-        let lag_square = self.per_square_flow * evidence.compressed / openings * lag * lag;
-        let systematic = self.systematic(lag_square, square, flow_estimate, valve_estimate);
+        let share_square = self.per_square_flow * evidence.compressed / openings;
+        let systematic = self.systematic(share_square, square, flow_estimate, valve_estimate);
         // A sum with forgetting scatters less than a sum over the same time, because its older errors have less weight.
-        let per_time = self.correlation * evidence.newer_openings / (evidence.time * openings);
+        let attenuation = one + self.per_square_corner * square;
+        let per_time = self.correlation * evidence.newer_openings
+            / (evidence.time * openings * (attenuation * attenuation));
         let [flow_gain, velocity_delay] = flow.variances(&evidence.flow, squares);
         let [valve_gain, response_delay] = valve.variances(&evidence.valve, squares);
         let deviation = |errors: T, scatter: T, systematic: T, distance: T| {
             (per_time * errors * scatter + systematic + distance * distance).sqrt()
         };
         let (flow, spool) = (evidence.flow_errors, evidence.spool_errors);
-        let valve_gain = deviation(spool, valve_gain, systematic.valve_gain, valve_estimate.gain.away);
+        let valve_gain = deviation(spool, valve_gain, zero, valve_estimate.gain.away);
         let flow_distance = flow_estimate.gain.away - share * flow_estimate.gain.value;
-        let by_gain = null_per_gain * valve_gain / valve_estimate.gain.value;
+        let change = self.gain_change(valve_gain * valve_gain, square, valve_estimate);
+        let by_gain_square = null_per_gain * null_per_gain * change;
         Deviations {
             flow_gain: deviation(flow, flow_gain, systematic.flow_gain, flow_distance),
             valve_gain,
@@ -113,7 +127,7 @@ impl<T: Real> Deviation<T> {
                 systematic.velocity_delay,
                 flow_estimate.delay.away,
             ),
-            null_offset: (null_variance + self.mean_variance(evidence) + by_gain * by_gain).sqrt(),
+            null_offset: (null_variance + self.mean_variance(evidence) + by_gain_square).sqrt(),
         }
     }
 
@@ -122,47 +136,50 @@ impl<T: Real> Deviation<T> {
         self.mean_correlation * evidence.spool_errors / evidence.time
     }
 
-    /// Mean square (1) of the spool's residual that the valve model does not explain by twice its systematic error, at the
+    /// Mean square (1) of the spool's residual that exceeds twice the valve's increase of gain with the frequency, at the
     /// motion's mean-square frequency (1/s²). A disturbance of the spool's sensor causes it.
     pub(super) fn disturbance(&self, evidence: &Evidence<T>, square: T, valve: &GainAndDelay<T>) -> T {
         let [[openings, _], _] = evidence.valve.matrix;
-        let model_error = T::splat(2.0) * self.spool_error(square, valve);
-        let excess = evidence.spool_errors - model_error * model_error * openings;
+        let explained = T::splat(2.0) * self.gain_increase(square, valve);
+        let excess = evidence.spool_errors - explained * explained * openings;
         if excess > T::splat(0.0) { excess / evidence.time } else { T::splat(0.0) }
     }
 
-    /// Systematic error of the valve model (1) relative to the spool's motion.
-    fn spool_error(&self, square: T, valve: &GainAndDelay<T>) -> T {
+    /// Square of the change of the valve's gain during a test, over this gain (1): its `variance` by noise, and its increase from
+    /// low frequencies to the motion's mean-square frequency (1/s²).
+    pub(super) fn gain_change(&self, variance: T, square: T, valve: &GainAndDelay<T>) -> T {
+        let increase = self.gain_increase(square, valve);
+        variance / (valve.gain.value * valve.gain.value) + increase * increase
+    }
+
+    /// Increase of the valve's gain from low frequencies to a mean-square frequency (1/s²), over the gain (1).
+    fn gain_increase(&self, square: T, valve: &GainAndDelay<T>) -> T {
         self.phase_deficit * square * valve.delay.value * valve.delay.value
     }
 
-    /// The systematic errors at the motion's mean-square frequency (1/s²). `lag_square` (s²) is the square of
-    /// [`lag`](Self::lag), times the square of the share of leakage and oil in the flow.
+    /// The systematic errors at the motion's mean-square frequency (1/s²). `share_square` (1) is the square of
+    /// the share of leakage and oil in the flow.
     pub(super) fn systematic(
         &self,
-        lag_square: T,
+        share_square: T,
         square: T,
         flow: &GainAndDelay<T>,
         valve: &GainAndDelay<T>,
     ) -> SystematicVariances<T> {
-        let spool_error = self.spool_error(square, valve);
-        let (gain_error, delay_error) = (spool_error * valve.gain.value, spool_error * valve.delay.value);
-        let leak = lag_square * self.leakage_share(square);
+        let all = T::splat(BOUNDED) * share_square;
+        let leak = all * self.leakage_share(square);
+        let (delay, oil_lag) = (flow.delay.value, flow.delay.value - self.half_sample);
+        let gain_error = flow.gain.value * delay;
+        let delay_error = self.sampling * square * valve.delay.value;
         SystematicVariances {
-            flow_gain: square * leak * flow.gain.value * flow.gain.value,
-            valve_gain: gain_error * gain_error,
+            flow_gain: square * leak * (gain_error * gain_error),
             response_delay: delay_error * delay_error,
-            velocity_delay: lag_square - leak,
+            velocity_delay: (all - leak) * (oil_lag * oil_lag),
         }
     }
 
     /// Share (1) of the leakage in the square of the flow of leakage and oil, at a mean-square frequency (1/s²).
     pub(super) fn leakage_share(&self, square: T) -> T {
         self.leakage_corner / (self.leakage_corner + square)
-    }
-
-    /// Difference (s) between the velocity's delay and the delay of the flows that follow from the force.
-    pub(super) fn lag(&self, flow: &GainAndDelay<T>) -> T {
-        flow.delay.value.abs() + self.half_sample
     }
 }

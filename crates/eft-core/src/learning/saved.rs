@@ -10,7 +10,6 @@ use crate::learning::curve_nodes::DEPARTURE;
 use crate::learning::flow_curve::{FlowCurve, LARGEST_ASYMMETRY, LARGEST_NULL, NULL_DEVIATION};
 use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
-use crate::learning::tuning::BISECTIONS;
 use crate::number::Real;
 
 /// A calibration to keep over a restart, made by [`Learner::saved`].
@@ -73,6 +72,9 @@ const ROUNDING: f64 = 1.0e-6;
 
 /// Largest share of a variance that may come from the models' systematic errors. The rest is noise.
 const LARGEST_SYSTEMATIC: f64 = 0.98;
+
+/// Number of iterations after which a frequency no longer changes.
+const ITERATIONS: u32 = 60;
 
 /// Time (s) for which the saved mean errors count.
 const ERROR_TIME: f64 = 1.0;
@@ -153,12 +155,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let share = if self.corrects { of(saved.curve.flow_gain_share).limit(-most, most) } else { zero };
         let share_error = share * state.flow.gain.value;
         let flow_gain_variance = flow_gain_variance - share_error * share_error;
-        let systematic = |lag_square, square| {
-            self.deviation.systematic(lag_square, square, &state.flow, &state.valve.found)
+        let systematic = |share_square, square| {
+            self.deviation.systematic(share_square, square, &state.flow, &state.valve.found)
         };
         let square = frequency([valve_gain_variance, response_variance], |square| {
-            let systematic = systematic(zero, square);
-            [systematic.valve_gain, systematic.response_delay]
+            systematic(zero, square).response_delay
         });
         // The systematic part of the flow's deviations. The rest of both must follow from the same noise.
         let unit = systematic(one, square);
@@ -166,24 +167,27 @@ impl<T: Real, const N: usize> Learner<T, N> {
             * least(velocity_variance / unit.velocity_delay, flow_gain_variance / unit.flow_gain);
         let found = (square * velocity_variance - flow_gain_variance)
             / (square * unit.velocity_delay - unit.flow_gain);
-        let lag_square = if found > zero { least(found, most) } else { zero };
-        let systematic = systematic(lag_square, square);
+        // These flows are parts of the flow. Without a delay they are no error, so nothing else bounds their share.
+        let share_square = if found > zero { least(least(found, most), one) } else { zero };
+        let systematic = systematic(share_square, square);
 
         let per_flow = self.deviation.per_square_flow.sqrt();
         let flows = excitation / per_flow;
         let changes = square * excitation * valve.period * valve.period;
-        let spool_error = known(valve, excitation, valve_gain_variance - systematic.valve_gain);
+        let spool_error = known(valve, excitation, valve_gain_variance);
         let flow_error = known(flow, flows, flow_gain_variance - systematic.flow_gain);
         let rest = (velocity_variance - systematic.velocity_delay).sqrt();
         let late = flow_error * changes.sqrt() * flow.period / rest;
-        let differs = self.deviation.lag(&state.flow) * per_flow;
         let evidence = &mut state.evidence;
-        evidence.compressed = lag_square * excitation / (differs * differs);
+        evidence.compressed = share_square * excitation / self.deviation.per_square_flow;
         evidence.valve = LeastSquares::of(valve, [excitation, changes], &state.valve.found);
         evidence.flow = LeastSquares::of(flow, [flows, late], &state.flow);
         (evidence.amount, evidence.newer_openings) = (excitation, excitation);
         evidence.time = of(ERROR_TIME);
-        let per_square = evidence.time / self.deviation.correlation;
+        // The prior reduces the frequency at which the deviations are made.
+        let stated = self.valve.mean_square_frequency(&evidence.valve);
+        let attenuation = one + self.deviation.per_square_corner * stated;
+        let per_square = evidence.time * (attenuation * attenuation) / self.deviation.correlation;
         evidence.flow_errors = per_square * flow_error * flow_error;
         evidence.spool_errors = per_square * spool_error * spool_error;
 
@@ -211,7 +215,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let null = [
                 of(saved.null_offset - self.known_null()),
                 rest,
-                of(d.valve_gain) / state.valve.found.gain.value,
+                self.deviation.gain_change(valve_gain_variance, square, &state.valve.found).sqrt(),
             ];
             let known = (&mut state.curve, &mut evidence.curve);
             let gains = [state.flow.gain.value, self.flow_gain];
@@ -288,15 +292,14 @@ fn least<T: Real>(one: T, other: T) -> T {
 }
 
 /// Mean-square frequency (1/s²) of the motion from which the variances of a gain (1) and of a delay (s²) were learned.
-/// At this frequency both variances, without their systematic parts, follow from the same noise.
-fn frequency<T: Real>([gain, delay]: [T; 2], systematic: impl Fn(T) -> [T; 2]) -> T {
-    let (mut low, mut high) = (T::splat(0.0), gain / delay);
-    for _ in 0..BISECTIONS {
-        let middle = T::splat(0.5) * (low + high);
-        let [of_gain, of_delay] = systematic(middle);
-        if gain - of_gain > middle * (delay - of_delay) { low = middle } else { high = middle }
+/// At this frequency both variances, without the delay's systematic part, follow from the same noise. If this part is more than a
+/// third, a lower frequency explains them as well.
+fn frequency<T: Real>([gain, delay]: [T; 2], systematic: impl Fn(T) -> T) -> T {
+    let (most, mut square) = (T::splat(1.0 / 3.0) * delay, gain / delay);
+    for _ in 0..ITERATIONS {
+        square = gain / (delay - least(systematic(square), most));
     }
-    low
+    square
 }
 
 impl<T: Real> Priors<T> {

@@ -3,6 +3,7 @@
 use super::{CurveEvidence, CurveState, Direction, FIRST_ERRORS, FlowCurve, GAIN_DEVIATION, NULL_DEVIATION};
 use crate::compensation::NODES;
 use crate::learning::curve_nodes::{DEPARTURE, NODE_DEVIATION, node_variance};
+use crate::learning::deviation::BOUNDED;
 use crate::learning::tuning::BISECTIONS;
 use crate::number::Real;
 
@@ -143,13 +144,14 @@ impl<T: Real> FlowCurve<T> {
     }
 }
 
-/// Square of the largest error (steps) by the curve's bend beside a node. With a given second difference of the nodes a
-/// curve is farthest from the straight pieces if it bends at one flow midway, by a quarter of the difference.
+/// Variance (squared steps) of the error by the curve's bend beside a node. With a given second difference of the nodes a
+/// curve is farthest from the straight pieces if it bends at one flow midway, by a quarter of the difference. The variance of
+/// what is only known to lie within this distance is a third of its square.
 fn bend<T: Real>(departures: &[T; NODES], node: usize) -> T {
     match departures.get(node.wrapping_sub(1)..node.wrapping_add(2)) {
         Some([below, here, above]) => {
             let quarter = T::splat(0.25) * (*below + *above - *here - *here);
-            quarter * quarter
+            T::splat(BOUNDED) * quarter * quarter
         }
         _ => T::splat(0.0),
     }

@@ -7,6 +7,8 @@ use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Prior
 
 const DEVIATION: Deviation<f64> = Deviation {
     correlation: 0.03,
+    per_square_corner: 2e-4,
+    sampling: 1.5e-6,
     mean_correlation: 0.015,
     per_square_flow: 3000.0,
     half_sample: 2e-3,
@@ -74,29 +76,26 @@ fn sums_of_a_window_have_its_weight_and_the_share_of_the_older_ones() {
 
 #[test]
 fn systematic_errors_are_those_of_the_stated_equations() {
-    let left = DEVIATION.systematic(4e-6, SQUARE, &flow(), &valve());
-    // The lead network's phase differs by this share of (ωT)²: in gain directly, and in delay times T.
-    let share = 0.45 * SQUARE * 7e-3 * 7e-3;
-    near("valve gain", left.valve_gain, (0.8 * share) * (0.8 * share));
-    near("response delay", left.response_delay, (7e-3 * share) * (7e-3 * share));
-    // A quarter of the square is the leakage's, in quadrature: its share times ω.
-    near("flow gain", left.flow_gain, 1.1 * 1.1 * SQUARE * 1e-6);
-    near("velocity delay", left.velocity_delay, 3e-6);
+    let found = DEVIATION.systematic(0.12, SQUARE, &flow(), &valve());
+    // The network is sampled at a frequency that is higher by this share.
+    let share = 1.5e-6 * SQUARE;
+    near("response delay", found.response_delay, (7e-3 * share) * (7e-3 * share));
+    // A third of the square of a bound, of which a quarter is the leakage's: in quadrature, so its share times ω.
+    near("flow gain", found.flow_gain, 0.01 * (1.1 * 3e-3) * (1.1 * 3e-3) * SQUARE);
+    // The oil's flow is late by half a sample, and the velocity is 3 ms early.
+    near("velocity delay", found.velocity_delay, 0.03 * 5e-3 * 5e-3);
+    let late = GainAndDelay { delay: estimate(3e-3, 0.0), ..flow() };
+    near("late velocity", DEVIATION.systematic(0.12, SQUARE, &late, &valve()).velocity_delay, 0.03 * 1e-6);
 }
 
 #[test]
-fn a_disturbance_of_the_spools_sensor_is_what_exceeds_twice_the_models_error() {
-    let of_model = 2.0 * 0.45 * SQUARE * 7e-3 * 7e-3;
+fn a_disturbance_of_the_spools_sensor_is_what_exceeds_twice_the_increase_of_the_gain() {
+    let explained = 2.0 * 0.45 * SQUARE * 7e-3 * 7e-3;
     let residual = |errors: f64| Evidence { spool_errors: errors, ..evidence() };
     let found = |errors: f64| DEVIATION.disturbance(&residual(errors), SQUARE, &valve());
     // The squares of the openings are 0.4, and the time is 2.5 s.
-    near("beyond", found(of_model * of_model * 0.4 + 6e-4), 6e-4 / 2.5);
-    assert_eq!(found(0.99 * of_model * of_model * 0.4).to_bits(), 0);
-}
-
-#[test]
-fn leakage_and_oil_are_late_by_the_velocitys_delay_and_half_a_sample() {
-    near("late", DEVIATION.lag(&flow()), 3e-3 + 2e-3);
+    near("beyond", found(explained * explained * 0.4 + 6e-4), 6e-4 / 2.5);
+    assert_eq!(found(0.99 * explained * explained * 0.4).to_bits(), 0);
 }
 
 #[test]
@@ -121,33 +120,35 @@ fn a_variance_has_a_part_of_the_noise_of_the_models_and_of_the_distance() {
         [2e-5, 0.05],
         SHARE,
     );
-    // Mean squares of the residuals, for the number of independent windows. Older windows have less weight.
-    let independent = 2.5 / 0.03 * 0.4 / 0.12;
+    // Mean squares of the residuals, for the number of independent windows. Older windows have less weight, and the filter passes
+    // less of the noise at the motion's frequency than of that at low ones.
+    let independent = 2.5 / 0.03 * 0.4 / 0.12 * 1.18 * 1.18;
     let (of_flow, of_spool) = (5e-6 / independent, 6e-4 / independent);
     // Diagonal information with the priors, and the squares of the instruments over its square.
     let scatter = |information: f64, squares: f64| squares / (information * information);
     let changes = 0.004 * 0.004;
     let share_of_oil = 3000.0 * 7e-7 / 0.4;
-    let left = DEVIATION.systematic(share_of_oil * 5e-3 * 5e-3, SQUARE, &flow(), &valve());
+    let systematic = DEVIATION.systematic(share_of_oil, SQUARE, &flow(), &valve());
     let root = |noise: f64, systematic: f64, away: f64| (noise + systematic + away * away).sqrt();
     // The estimate is this far from the last result, and the last result this far from that of the table itself.
     let away = 0.02 - SHARE * 1.1;
-    near("flow gain", found.flow_gain, root(of_flow * scatter(0.8, 0.4), left.flow_gain, away));
+    near("flow gain", found.flow_gain, root(of_flow * scatter(0.8, 0.4), systematic.flow_gain, away));
     near(
         "velocity delay",
         found.velocity_delay,
-        root(of_flow * scatter(0.8, 0.7) * changes, left.velocity_delay, 4e-4),
+        root(of_flow * scatter(0.8, 0.7) * changes, systematic.velocity_delay, 4e-4),
     );
-    let valve_gain = root(of_spool * scatter(0.6, 0.4), left.valve_gain, 0.01);
+    let valve_gain = root(of_spool * scatter(0.6, 0.4), 0.0, 0.01);
     near("valve gain", found.valve_gain, valve_gain);
     near(
         "response delay",
         found.response_delay,
-        root(of_spool * scatter(1.0, 0.7) * changes, left.response_delay, 3e-4),
+        root(of_spool * scatter(1.0, 0.7) * changes, systematic.response_delay, 3e-4),
     );
-    // The mean of the spool's readings, and the gain that the null offset follows late.
-    let late = 0.05 * valve_gain / 0.8;
-    let null_offset = (2e-5 + DEVIATION.mean_variance(&evidence()) + late * late).sqrt();
+    // The mean of the spool's readings, and the gain that the null offset follows late. The gain increases with the frequency.
+    let increase = 0.45 * SQUARE * 7e-3 * 7e-3;
+    let change = valve_gain * valve_gain / 0.64 + increase * increase;
+    let null_offset = (2e-5 + DEVIATION.mean_variance(&evidence()) + 0.05 * 0.05 * change).sqrt();
     near("null offset", found.null_offset, null_offset);
 }
 

@@ -5,7 +5,7 @@
 use crate::channel::Channel;
 use crate::compensation::{Deviations, NODES, PIECES};
 use crate::learning::curve_nodes::CurveNodes;
-use crate::learning::least_squares::Estimate;
+use crate::learning::least_squares::{Estimate, GainAndDelay};
 use crate::learning::saved::SavedCalibration;
 use crate::learning::{Learner, LearnerState};
 use crate::parameters::{Learning, Parameters, Realization};
@@ -21,16 +21,20 @@ fn learner() -> Learner<f64, 21> {
     Learner::<f64, 21>::new(&RIG).unwrap()
 }
 
-/// Standard deviations for noise of flow and spool (1). `lag_square` (s²) is the square of the time by which the flows of
-/// leakage and oil are not late, times the square of their share.
-fn deviations(learner: &Learner<f64, 21>, lag_square: f64, [of_flow, of_spool]: [f64; 2]) -> Deviations<f64> {
+/// Standard deviations for noise of flow and spool (1). `share_square` (1) is the square of the share of
+/// leakage and oil in the flow.
+fn deviations(
+    learner: &Learner<f64, 21>,
+    share_square: f64,
+    [of_flow, of_spool]: [f64; 2],
+) -> Deviations<f64> {
     let rest = learner.at_rest();
-    let systematic = learner.deviation.systematic(lag_square, SQUARE, &rest.flow, &rest.valve.found);
+    let systematic = learner.deviation.systematic(share_square, SQUARE, &rest.flow, &rest.valve.found);
     let root = |noise: f64, systematic: f64| libm::sqrt(noise * noise + systematic);
     let frequency = libm::sqrt(SQUARE);
     Deviations {
         flow_gain: root(of_flow, systematic.flow_gain),
-        valve_gain: root(of_spool, systematic.valve_gain),
+        valve_gain: of_spool,
         response_delay: root(of_spool / frequency, systematic.response_delay),
         velocity_delay: root(of_flow / frequency, systematic.velocity_delay),
         null_offset: 0.01,
@@ -45,11 +49,9 @@ fn started(learner: &Learner<f64, 21>, deviations: Deviations<f64>, null_offset:
     learner.start_from(&SavedCalibration { ..saved }).unwrap()
 }
 
-/// The square of the time by which leakage and oil are not late, times the square of their share, by the sums (s²).
-fn lag_square(state: &LearnerState<f64>) -> f64 {
-    let learner = learner();
-    let late = learner.deviation.lag(&state.flow);
-    learner.deviation.per_square_flow * state.evidence.compressed * late * late
+/// The square of the share of leakage and oil in the flow, by the sums (1).
+fn share_square(state: &LearnerState<f64>) -> f64 {
+    learner().deviation.per_square_flow * state.evidence.compressed
 }
 
 fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
@@ -58,10 +60,10 @@ fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
 
 #[test]
 fn a_started_learner_has_the_saved_deviations_and_their_systematic_parts() {
-    let expected = 4e-7;
+    let expected = 0.1;
     let given = deviations(&learner(), expected, [5e-3, 4e-3]);
     let state = started(&learner(), given, 0.0);
-    near("systematic part", lag_square(&state), expected, 1e-9);
+    near("systematic part", share_square(&state), expected, 1e-9);
     for (what, found, expected) in [
         ("flow gain", state.deviations.flow_gain, given.flow_gain),
         ("valve gain", state.deviations.valve_gain, given.valve_gain),
@@ -80,7 +82,7 @@ fn a_started_correction_has_the_saved_deviations() {
     let learning = Learning { curve_correction: true, ..RIG.learning };
     let learner = Learner::<f64, 21>::new(&Parameters { learning, ..RIG }).unwrap();
     let mut saved = learner.saved(&learner.at_rest());
-    (saved.excitation, saved.deviations) = (1.0, deviations(&learner, 4e-7, [5e-3, 4e-3]));
+    (saved.excitation, saved.deviations) = (1.0, deviations(&learner, 0.1, [5e-3, 4e-3]));
     // The asymmetry's is about half that of a learner at rest, so the prior counts.
     (saved.curve.asymmetry, saved.curve.asymmetry_deviation) = (0.05, 0.01);
     (saved.curve.error, saved.deviations.null_offset) = (1e-5, 5e-3);
@@ -93,9 +95,10 @@ fn a_started_correction_has_the_saved_deviations() {
 
 #[test]
 fn a_fiftieth_of_a_variance_remains_noise() {
-    let all = 4e-7;
-    let state = started(&learner(), deviations(&learner(), all, [0.0, 4e-3]), 0.0);
-    near("systematic part", lag_square(&state), 0.98 * all, 1e-6);
+    let all = 0.1;
+    let late = Learner::<f64, 21>::new(&Parameters { velocity_delay: 1e-3, ..RIG }).unwrap();
+    let state = started(&late, deviations(&late, all, [0.0, 4e-3]), 0.0);
+    near("systematic part", share_square(&state), 0.98 * all, 1e-6);
     assert!(state.deviations.velocity_delay.is_finite() && state.deviations.flow_gain.is_finite());
 }
 
@@ -115,14 +118,41 @@ fn noise_is_correlated_for_the_time_of_taps_and_two_low_passes() {
 }
 
 #[test]
+fn noise_at_the_motions_frequency_is_attenuated_by_taps_and_two_low_passes() {
+    let learner = learner();
+    let (pole, [ends, middle]) = (1.0 - learner.filter.low_pass, learner.filter.taps);
+    for hertz in [1.0, 3.0, 6.0, 9.0] {
+        let angle = core::f64::consts::TAU * hertz * learner.gate.period;
+        let low_pass = (1.0 - pole) * (1.0 - pole) / (1.0 - 2.0 * pole * libm::cos(angle) + pole * pole);
+        let amplitude = low_pass * (middle + 2.0 * ends * libm::cos(angle));
+        let square = (angle / learner.gate.period) * (angle / learner.gate.period);
+        near("amplitude", 1.0 / (1.0 + learner.deviation.per_square_corner * square), amplitude, 0.01);
+    }
+}
+
+#[test]
+fn a_share_that_is_no_error_is_bounded() {
+    // The velocity is as late as the oil's flow, and nothing leaks: the deviations do not contain the share.
+    let p = Parameters { leakage: 0.0, velocity_delay: 0.5 / RIG.sample_rate, ..RIG };
+    let learner = Learner::<f64, 21>::new(&p).unwrap();
+    let given = deviations(&learner, 0.0, [5e-3, 4e-3]);
+    for flow_gain in [0.9 * given.flow_gain, given.flow_gain, 1.1 * given.flow_gain] {
+        let state = started(&learner, Deviations { flow_gain, ..given }, 0.0);
+        assert!((0.0..1.001).contains(&share_square(&state)), "{}", share_square(&state));
+        near("flow gain", state.deviations.flow_gain, flow_gain, 0.02);
+    }
+}
+
+#[test]
 fn leakage_and_oil_share_their_error_by_their_squares() {
     let mut learner = learner();
     let rest = learner.at_rest();
-    learner.deviation.leakage_corner = 300.0;
-    let systematic = learner.deviation.systematic(4e-6, SQUARE, &rest.flow, &rest.valve.found);
-    // The leakage has 300/(300 + 900) of the square.
-    near("leakage", systematic.flow_gain, SQUARE * 1e-6, 1e-12);
-    near("oil", systematic.velocity_delay, 3e-6, 1e-12);
+    (learner.deviation.leakage_corner, learner.deviation.half_sample) = (300.0, 5e-4);
+    let late = GainAndDelay { delay: Estimate::at(2e-3), ..rest.flow };
+    let systematic = learner.deviation.systematic(0.12, SQUARE, &late, &rest.valve.found);
+    // The leakage has 300/(300 + 900) of the square, and a third of the square of a bound is its variance.
+    near("leakage", systematic.flow_gain, SQUARE * 0.01 * 4e-6, 1e-12);
+    near("oil", systematic.velocity_delay, 0.03 * 1.5e-3 * 1.5e-3, 1e-12);
 }
 
 #[test]
@@ -226,7 +256,7 @@ fn a_known_null_offset_is_added_unless_the_force_loop_integrates() {
         let learning = Learning { curve_correction: true, ..RIG.learning };
         let rig = Parameters { integral_gain, realization, learning, ..RIG };
         let learner = Learner::<f64, 21>::new(&rig).unwrap();
-        let known = deviations(&learner, 4e-7, [5e-3, 4e-3]);
+        let known = deviations(&learner, 0.1, [5e-3, 4e-3]);
         let found = learner.calibration(&started(&learner, known, 0.01), 0, 0.0);
         // The force loop turns 1 V of compensation into G_p·K_s of opening.
         let expected = if added { 0.01 / (rig.proportional_gain * rig.valve_gain) } else { 0.0 };
@@ -242,7 +272,7 @@ fn a_saved_null_offset_is_from_the_valves_own_null() {
     let rig = Parameters { null_bias: 0.03, learning, ..RIG };
     let learner = Learner::<f64, 21>::new(&rig).unwrap();
     near("at rest", learner.saved(&learner.at_rest()).null_offset, 0.03, 1e-12);
-    let known = deviations(&learner, 4e-7, [5e-3, 4e-3]);
+    let known = deviations(&learner, 0.1, [5e-3, 4e-3]);
     let state = started(&learner, known, -0.01);
     let found = learner.calibration(&state, 0, 0.0);
     near("null offset", found.null_offset, -0.01, 1e-12);

@@ -135,14 +135,14 @@ fn a_departure_errs_by_its_prior_and_by_independent_errors_of_the_windows() {
 }
 
 #[test]
-fn a_departure_errs_by_a_quarter_of_the_second_difference_of_the_nodes_up_to_its_bound() {
+fn a_departure_errs_within_a_quarter_of_the_second_difference_of_the_nodes_up_to_its_bound() {
     let mut departures = [0.0; NODES];
     departures[10..13].copy_from_slice(&[0.02, 0.05, 0.03]);
     let found = CURVE.departure_variances(&[0.0; NODES], &departures);
-    near("bend", found[11], (0.25 * 0.05_f64).powi(2), 1e-12);
-    near("straight on one side", found[9], (0.25 * 0.02_f64).powi(2), 1e-12);
+    near("bend", found[11], (0.25 * 0.05_f64).powi(2) / 3.0, 1e-12);
+    near("straight on one side", found[9], (0.25 * 0.02_f64).powi(2) / 3.0, 1e-12);
     // A departure is at most a fifth of its flow.
-    departures[9..12].copy_from_slice(&[-0.6, 0.6, -0.6]);
+    departures[9..12].copy_from_slice(&[-0.9, 0.9, -0.9]);
     let found = CURVE.departure_variances(&[0.0; NODES], &departures);
     near("bound", found[10], 0.4 * 0.4, 1e-12);
     assert_eq!(found[8].to_bits(), 0, "no flow, no departure");
