@@ -202,12 +202,10 @@ macro_rules! constructor {
                         correlation: (period / noise_passed(ends, low_pass)) as $t,
                         per_square_corner: (per_square_corner(ends, low_pass) * period * period) as $t,
                         sampling: (period * period / 12.0) as $t,
-                        mean_correlation: (0.5 * t::CURVE_CORRELATION / t::CURVE_AVERAGE) as $t,
                         per_square_flow: (1.0 / (flow_gain * flow_gain)) as $t,
                         half_sample: (0.5 * sample) as $t,
                         leakage_corner: (leak * leak / (volume * volume * period * period) + t::SLOWEST)
                             as $t,
-                        phase_deficit: phase_deficit as $t,
                     },
                     flow: FlowEstimator {
                         priors: Priors::<$t>::of(

@@ -23,10 +23,13 @@ use crate::compensation::Deviations;
 use crate::integrity::integrity;
 use crate::learning::checkpoint::Evidence;
 use crate::learning::least_squares::{GainAndDelay, Priors, Weight};
+use crate::learning::tuning::{CURVE_AVERAGE, CURVE_CORRELATION};
 use crate::number::Real;
 
 /// Variance of what is only known to lie within ±1, by a rectangular distribution.
 pub(super) const BOUNDED: f64 = 1.0 / 3.0;
+/// Duration of an error of the flow curve over twice the time that averages the offset of the spool's sensor (1).
+pub(super) const MEAN_CORRELATION: f64 = 0.5 * CURVE_CORRELATION / CURVE_AVERAGE;
 
 /// Constants of the standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,19 +41,14 @@ pub(crate) struct Deviation<T> {
     pub(crate) per_square_corner: T,
     /// Share of the square of a frequency (1/s) by which the estimator's lead network is sampled at a higher one.
     pub(crate) sampling: T,
-    /// Duration (s) of an error of the flow curve over twice the time (s) that averages the offset of the spool's sensor.
-    pub(crate) mean_correlation: T,
     /// Square of the opening (1) per square of a flow (m³/s).
     pub(crate) per_square_flow: T,
     /// Half a sample (s).
     pub(crate) half_sample: T,
     /// Square of the frequency (1/s²) below which the leakage exceeds the oil's flow; positive.
     pub(crate) leakage_corner: T,
-    /// Share of `(ωT)²` by which the valve's gain increases with the frequency, and by which the phase of its lead network differs
-    /// from `ωT`.
-    pub(crate) phase_deficit: T,
 }
-integrity!(Deviation<T>: correlation, per_square_corner, sampling, mean_correlation, per_square_flow, half_sample, leakage_corner, phase_deficit);
+integrity!(Deviation<T>: correlation, per_square_corner, sampling, per_square_flow, half_sample, leakage_corner);
 
 /// Squares of the systematic errors: of flow gain (1), response delay (s) and velocity delay (s).
 #[derive(Debug, Clone, Copy)]
@@ -78,17 +76,15 @@ impl<T: Real> Deviation<T> {
         evidence.spool_errors = forgetting * evidence.spool_errors + time * spool * spool;
     }
 
-    /// The standard deviations at the motion's mean-square frequency (1/s²); infinite without evidence. They include
-    /// the difference between the estimate in use and the one found, which a bound or a limited rate causes. `null_variance`
-    /// is that of the null offset by the flow, and its error (1) per relative error of the spool's gain. `share` is
-    /// the [share](super::flow_curve::FlowCurve::share) of the flow gain that follows from the departures (1).
+    /// The standard deviations at the motion's mean-square frequency (1/s²), without that of the null offset; infinite without
+    /// evidence. They include the difference between the estimate in use and the one found, which a bound or a limited rate
+    /// causes. `share` is the [share](super::flow_curve::FlowCurve::share) of the flow gain that follows from the departures (1).
     pub(crate) fn deviations(
         &self,
         evidence: &Evidence<T>,
         square: T,
         (flow, flow_estimate): (&Priors<T>, &GainAndDelay<T>),
         (valve, valve_estimate): (&Priors<T>, &GainAndDelay<T>),
-        [null_variance, null_per_gain]: [T; 2],
         share: T,
     ) -> Deviations<T> {
         let (zero, one, squares) = (T::splat(0.0), T::splat(1.0), &evidence.valve.matrix);
@@ -110,8 +106,6 @@ impl<T: Real> Deviation<T> {
         let (flow, spool) = (evidence.flow_errors, evidence.spool_errors);
         let valve_gain = deviation(spool, valve_gain, zero, valve_estimate.gain.away);
         let flow_distance = flow_estimate.gain.away - share * flow_estimate.gain.value;
-        let change = self.gain_change(valve_gain * valve_gain, square, valve_estimate);
-        let by_gain_square = null_per_gain * null_per_gain * change;
         Deviations {
             flow_gain: deviation(flow, flow_gain, systematic.flow_gain, flow_distance),
             valve_gain,
@@ -127,34 +121,28 @@ impl<T: Real> Deviation<T> {
                 systematic.velocity_delay,
                 flow_estimate.delay.away,
             ),
-            null_offset: (null_variance + self.mean_variance(evidence) + by_gain_square).sqrt(),
+            null_offset: T::splat(f64::INFINITY),
         }
     }
 
-    /// Variance of the mean opening of the spool relative to the commanded one (1), an average over some time.
-    pub(super) fn mean_variance(&self, evidence: &Evidence<T>) -> T {
-        self.mean_correlation * evidence.spool_errors / evidence.time
+    /// Standard deviation of the null offset (1): from its variance by the flow, and its error (1) per relative change of the valve's
+    /// gain during a test, with the square of this [change](gain_change).
+    pub(super) fn null_offset(evidence: &Evidence<T>, [variance, per_gain]: [T; 2], change: T) -> T {
+        (variance + Self::mean_variance(evidence) + per_gain * per_gain * change).sqrt()
     }
 
-    /// Mean square (1) of the spool's residual that exceeds twice the valve's increase of gain with the frequency, at the
-    /// motion's mean-square frequency (1/s²). A disturbance of the spool's sensor causes it.
-    pub(super) fn disturbance(&self, evidence: &Evidence<T>, square: T, valve: &GainAndDelay<T>) -> T {
+    /// Variance of the mean opening of the spool relative to the commanded one (1), an average over some time.
+    pub(super) fn mean_variance(evidence: &Evidence<T>) -> T {
+        T::splat(MEAN_CORRELATION) * evidence.spool_errors / evidence.time
+    }
+
+    /// Mean square (1) of the spool's residual that exceeds twice this increase of the valve's gain with the frequency (1). A
+    /// disturbance of the spool's sensor causes it.
+    pub(super) fn disturbance(evidence: &Evidence<T>, gain_increase: T) -> T {
         let [[openings, _], _] = evidence.valve.matrix;
-        let explained = T::splat(2.0) * self.gain_increase(square, valve);
+        let explained = T::splat(2.0) * gain_increase;
         let excess = evidence.spool_errors - explained * explained * openings;
         if excess > T::splat(0.0) { excess / evidence.time } else { T::splat(0.0) }
-    }
-
-    /// Square of the change of the valve's gain during a test, over this gain (1): its `variance` by noise, and its increase from
-    /// low frequencies to the motion's mean-square frequency (1/s²).
-    pub(super) fn gain_change(&self, variance: T, square: T, valve: &GainAndDelay<T>) -> T {
-        let increase = self.gain_increase(square, valve);
-        variance / (valve.gain.value * valve.gain.value) + increase * increase
-    }
-
-    /// Increase of the valve's gain from low frequencies to a mean-square frequency (1/s²), over the gain (1).
-    fn gain_increase(&self, square: T, valve: &GainAndDelay<T>) -> T {
-        self.phase_deficit * square * valve.delay.value * valve.delay.value
     }
 
     /// The systematic errors at the motion's mean-square frequency (1/s²). `share_square` (1) is the square of
@@ -182,4 +170,11 @@ impl<T: Real> Deviation<T> {
     pub(super) fn leakage_share(&self, square: T) -> T {
         self.leakage_corner / (self.leakage_corner + square)
     }
+}
+
+/// Square of the relative change (1) of the valve's gain during a test: by noise, with this standard deviation (1), and by its
+/// increase with the frequency (1).
+pub(super) fn gain_change<T: Real>(deviation: T, gain_increase: T, valve: &GainAndDelay<T>) -> T {
+    let noise = deviation / valve.gain.value;
+    noise * noise + gain_increase * gain_increase
 }

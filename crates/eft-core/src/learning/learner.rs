@@ -10,7 +10,7 @@ use crate::integrity::integrity;
 use crate::learning::band_filter::BandFilter;
 use crate::learning::checkpoint::{Checkpoints, Evidence};
 use crate::learning::curve_nodes::inverse_at;
-use crate::learning::deviation::Deviation;
+use crate::learning::deviation::{Deviation, gain_change};
 use crate::learning::flow::FlowEstimator;
 use crate::learning::flow_curve::{CurveState, FlowCurve};
 use crate::learning::flow_model::FlowModel;
@@ -239,8 +239,9 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let square = self.valve.mean_square_frequency(&state.evidence.valve);
         // Curve and standard deviations change slowly, so each is updated in every other window.
         if window.number.is_multiple_of(2) {
-            state.deviations = self.deviations(state, square);
-            state.curve.disturbance = self.deviation.disturbance(&state.evidence, square, &state.valve.found);
+            let gain_increase = self.valve.gain_increase(&state.valve.found, square);
+            state.deviations = self.deviations(state, square, gain_increase);
+            state.curve.disturbance = Deviation::disturbance(&state.evidence, gain_increase);
         } else if self.corrects {
             self.curve.update(&mut state.curve, &mut state.evidence.curve);
         }
@@ -294,16 +295,18 @@ impl<T: Real, const N: usize> Learner<T, N> {
         }
     }
 
-    /// Standard deviations at the motion's mean-square frequency (1/s²).
-    pub(super) fn deviations(&self, state: &LearnerState<T>, square: T) -> Deviations<T> {
+    /// Standard deviations at the motion's mean-square frequency (1/s²), with the valve's
+    /// [increase](ValveEstimator::gain_increase) of gain up to it (1).
+    pub(super) fn deviations(&self, state: &LearnerState<T>, square: T, gain_increase: T) -> Deviations<T> {
         let (flow, valve) = ((&self.flow.priors, &state.flow), (&self.valve.priors, &state.valve.found));
-        let null = if self.corrects {
-            self.curve.null_errors(&state.curve, &state.evidence.curve, self.flow_gain)
-        } else {
-            [T::splat(f64::INFINITY), T::splat(0.0)]
-        };
         let share = FlowCurve::share(&state.evidence.curve);
-        self.deviation.deviations(&state.evidence, square, flow, valve, null, share)
+        let mut deviations = self.deviation.deviations(&state.evidence, square, flow, valve, share);
+        if self.corrects && deviations.valve_gain < T::splat(f64::INFINITY) {
+            let null = self.curve.null_errors(&state.curve, &state.evidence.curve, self.flow_gain);
+            let change = gain_change(deviations.valve_gain, gain_increase, &state.valve.found);
+            deviations.null_offset = Deviation::null_offset(&state.evidence, null, change);
+        }
+        deviations
     }
 
     /// The calibration of a window, at the motion's mean-square frequency (1/s²).

@@ -7,6 +7,7 @@ use crate::compensation::{Deviations, FIRST_NODE, NODES, PIECES};
 use crate::error::{ConfigError, LARGEST, positive, within};
 use crate::learning::checkpoint::Checkpoints;
 use crate::learning::curve_nodes::DEPARTURE;
+use crate::learning::deviation::{Deviation, gain_change};
 use crate::learning::flow_curve::{FlowCurve, LARGEST_ASYMMETRY, LARGEST_NULL, NULL_DEVIATION};
 use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
@@ -186,6 +187,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         evidence.time = of(ERROR_TIME);
         // The prior reduces the frequency at which the deviations are made.
         let stated = self.valve.mean_square_frequency(&evidence.valve);
+        let gain_increase = self.valve.gain_increase(&state.valve.found, stated);
         let attenuation = one + self.deviation.per_square_corner * stated;
         let per_square = evidence.time * (attenuation * attenuation) / self.deviation.correlation;
         evidence.flow_errors = per_square * flow_error * flow_error;
@@ -209,13 +211,13 @@ impl<T: Real, const N: usize> Learner<T, N> {
             let error = of(curve.error * per_step);
             let asymmetry = [of(curve.asymmetry), of(curve.asymmetry_deviation)];
             let null_variance = of(d.null_offset * d.null_offset);
-            let rest = null_variance - self.deviation.mean_variance(evidence);
+            let rest = null_variance - Deviation::mean_variance(evidence);
             let least = T::splat(1.0 - LARGEST_SYSTEMATIC) * null_variance;
             let rest = if rest > least { rest } else { least };
             let null = [
                 of(saved.null_offset - self.known_null()),
                 rest,
-                self.deviation.gain_change(valve_gain_variance, square, &state.valve.found).sqrt(),
+                gain_change(of(d.valve_gain), gain_increase, &state.valve.found).sqrt(),
             ];
             let known = (&mut state.curve, &mut evidence.curve);
             let gains = [state.flow.gain.value, self.flow_gain];
@@ -228,7 +230,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             }
         }
         state.checkpoints = Checkpoints::of(evidence);
-        state.deviations = self.deviations(&state, self.valve.mean_square_frequency(&state.evidence.valve));
+        state.deviations = self.deviations(&state, stated, gain_increase);
         Ok(state)
     }
 

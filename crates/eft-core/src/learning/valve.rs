@@ -19,7 +19,8 @@ pub(crate) struct ValveEstimator<T> {
     pub(crate) lead_gain: T,
     /// Lag of Tustin's lead network per response delay, 2α/(1 − α).
     pub(crate) lag_per_delay: T,
-    /// Share by which the phase of a lead network falls short of its delay's, over the square of the phase.
+    /// Share by which the phase of a lead network falls short of its delay's, over the square of the phase. The gain of a valve with
+    /// its network increases by about as much.
     pub(crate) phase_deficit: T,
     /// Sample period of the lead network.
     pub(crate) sample: T,
@@ -116,6 +117,11 @@ impl<T: Real> ValveEstimator<T> {
         let per = T::splat(1.0) / (lag + self.sample);
         let gain = self.lead_gain * level / (estimate.gain.value * added.sqrt());
         LeadNetwork::of((lag - self.sample) * per, (delay + delay) * per, gain)
+    }
+
+    /// Increase of the valve's gain (1) from low frequencies to a mean-square frequency (1/s²), over the gain.
+    pub(crate) fn gain_increase(&self, estimate: &GainAndDelay<T>, square: T) -> T {
+        self.phase_deficit * square * estimate.delay.value * estimate.delay.value
     }
 
     /// The motion's mean-square frequency (1/s²).

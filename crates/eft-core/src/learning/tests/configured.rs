@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::learning::configuration::window_ticks;
+use crate::learning::deviation::MEAN_CORRELATION;
 use crate::learning::learner::Learner;
 use crate::learning::tuning as t;
 
@@ -121,7 +122,7 @@ fn leakage_exceeds_the_oils_flow_below_their_corner() {
 #[test]
 fn the_phase_of_a_lead_network_differs_from_its_delay_by_the_stated_share() {
     for lead_alpha in [0.05, 0.1, 0.4] {
-        let share = of(&Parameters { lead_alpha, ..RIG }).deviation.phase_deficit;
+        let share = of(&Parameters { lead_alpha, ..RIG }).valve.phase_deficit;
         // Phase of Eq. (8) at a small `ωT`.
         let angle = 1e-3;
         let lead = angle / (1.0 - lead_alpha);
@@ -147,7 +148,7 @@ fn half_a_sample_is_half_of_its_period() {
 #[test]
 fn the_spools_offset_averages_the_errors_of_half_their_correlation() {
     let shorter = 0.5 * t::CURVE_CORRELATION / t::CURVE_AVERAGE;
-    same("share of the mean", learner().deviation.mean_correlation, shorter);
+    same("share of the mean", MEAN_CORRELATION, shorter);
 }
 
 #[test]
