@@ -63,12 +63,6 @@ const fn noise_passed(ends: f64, share: f64) -> f64 {
     after_low_passes * (taps + 4.0 * ends * middle * of_one_step + 2.0 * ends * ends * of_two_steps)
 }
 
-/// Inverse square of the angle per step at which these taps and low-passes pass half of an amplitude. At small angles `φ` their
-/// amplitude is 1 over 1 plus this times `φ²`.
-const fn per_square_corner(ends: f64, share: f64) -> f64 {
-    if share < 1.0 { (1.0 - share) / (share * share) + ends } else { ends }
-}
-
 /// Refuses bounds without a value between them.
 const fn bounds(parameter: &'static str, [lowest, highest]: [f64; 2]) -> Result<[f64; 2], ConfigError> {
     check!(within(parameter, highest, check!(positive(parameter, lowest)), LARGEST));
@@ -200,8 +194,6 @@ macro_rules! constructor {
                     },
                     deviation: Deviation {
                         correlation: (period / noise_passed(ends, low_pass)) as $t,
-                        per_square_corner: (per_square_corner(ends, low_pass) * period * period) as $t,
-                        sampling: (period * period / 12.0) as $t,
                         per_square_flow: (1.0 / (flow_gain * flow_gain)) as $t,
                         half_sample: (0.5 * sample) as $t,
                         leakage_corner: (leak * leak / (volume * volume * period * period) + t::SLOWEST)

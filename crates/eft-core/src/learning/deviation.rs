@@ -23,11 +23,15 @@ use crate::compensation::Deviations;
 use crate::integrity::integrity;
 use crate::learning::checkpoint::Evidence;
 use crate::learning::least_squares::{GainAndDelay, Priors, Weight};
-use crate::learning::tuning::{CURVE_AVERAGE, CURVE_CORRELATION};
+use crate::learning::tuning::{CURVE_AVERAGE, CURVE_CORRELATION, LOW_PASS};
 use crate::number::Real;
+use core::f64::consts::TAU;
 
 /// Variance of what is only known to lie within ±1, by a rectangular distribution.
 pub(super) const BOUNDED: f64 = 1.0 / 3.0;
+/// Inverse square of the corner (1/s) of the estimators' two low-passes. Their amplitude is 1 over 1 plus this times the square of
+/// the frequency; the taps and the windows change it by less than 2 % below 9 Hz.
+const PER_SQUARE_CORNER: f64 = 1.0 / (TAU * LOW_PASS * TAU * LOW_PASS);
 /// Duration of an error of the flow curve over twice the time that averages the offset of the spool's sensor (1).
 pub(super) const MEAN_CORRELATION: f64 = 0.5 * CURVE_CORRELATION / CURVE_AVERAGE;
 
@@ -37,10 +41,6 @@ pub(crate) struct Deviation<T> {
     /// Correlation time (s) of noise in the estimators' band, by its density at low frequencies. The windows within it count as
     /// one.
     pub(crate) correlation: T,
-    /// Inverse square of the frequency (1/s) at which the estimators' filter passes half of the amplitude.
-    pub(crate) per_square_corner: T,
-    /// Share of the square of a frequency (1/s) by which the estimator's lead network is sampled at a higher one.
-    pub(crate) sampling: T,
     /// Square of the opening (1) per square of a flow (m³/s).
     pub(crate) per_square_flow: T,
     /// Half a sample (s).
@@ -48,7 +48,7 @@ pub(crate) struct Deviation<T> {
     /// Square of the frequency (1/s²) below which the leakage exceeds the oil's flow; positive.
     pub(crate) leakage_corner: T,
 }
-integrity!(Deviation<T>: correlation, per_square_corner, sampling, per_square_flow, half_sample, leakage_corner);
+integrity!(Deviation<T>: correlation, per_square_flow, half_sample, leakage_corner);
 
 /// Squares of the systematic errors: of flow gain (1), response delay (s) and velocity delay (s).
 #[derive(Debug, Clone, Copy)]
@@ -87,15 +87,15 @@ impl<T: Real> Deviation<T> {
         (valve, valve_estimate): (&Priors<T>, &GainAndDelay<T>),
         share: T,
     ) -> Deviations<T> {
-        let (zero, one, squares) = (T::splat(0.0), T::splat(1.0), &evidence.valve.matrix);
+        let (zero, squares) = (T::splat(0.0), &evidence.valve.matrix);
         let [[openings, _], _] = *squares;
         if !(evidence.time > zero && openings > zero) {
             return Deviations::unknown();
         }
         let share_square = self.per_square_flow * evidence.compressed / openings;
-        let systematic = self.systematic(share_square, square, flow_estimate, valve_estimate);
+        let systematic = self.systematic(share_square, square, flow_estimate, valve_estimate, valve.period);
         // A sum with forgetting scatters less than a sum over the same time, because its older errors have less weight.
-        let attenuation = one + self.per_square_corner * square;
+        let attenuation = attenuation(square);
         let per_time = self.correlation * evidence.newer_openings
             / (evidence.time * openings * (attenuation * attenuation));
         let [flow_gain, velocity_delay] = flow.variances(&evidence.flow, squares);
@@ -146,19 +146,20 @@ impl<T: Real> Deviation<T> {
     }
 
     /// The systematic errors at the motion's mean-square frequency (1/s²). `share_square` (1) is the square of
-    /// the share of leakage and oil in the flow.
+    /// the share of leakage and oil in the flow, and `period` (s) is that of the estimators.
     pub(super) fn systematic(
         &self,
         share_square: T,
         square: T,
         flow: &GainAndDelay<T>,
         valve: &GainAndDelay<T>,
+        period: T,
     ) -> SystematicVariances<T> {
         let all = T::splat(BOUNDED) * share_square;
         let leak = all * self.leakage_share(square);
         let (delay, oil_lag) = (flow.delay.value, flow.delay.value - self.half_sample);
         let gain_error = flow.gain.value * delay;
-        let delay_error = self.sampling * square * valve.delay.value;
+        let delay_error = T::splat(1.0 / 12.0) * (period * period) * square * valve.delay.value;
         SystematicVariances {
             flow_gain: square * leak * (gain_error * gain_error),
             response_delay: delay_error * delay_error,
@@ -177,4 +178,9 @@ impl<T: Real> Deviation<T> {
 pub(super) fn gain_change<T: Real>(deviation: T, gain_increase: T, valve: &GainAndDelay<T>) -> T {
     let noise = deviation / valve.gain.value;
     noise * noise + gain_increase * gain_increase
+}
+
+/// Amplitude (1) of the estimators' filter at low frequencies over that at a mean-square frequency (1/s²).
+pub(super) fn attenuation<T: Real>(square: T) -> T {
+    T::splat(1.0) + T::splat(PER_SQUARE_CORNER) * square
 }

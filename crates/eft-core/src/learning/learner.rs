@@ -116,7 +116,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// It alternates from window to window, and is larger for those of a checkpoint.
     #[inline(never)]
     pub fn update(&self, state: &mut LearnerState<T>, window: &Window<T>) -> Calibration<T> {
-        let (zero, one) = (T::splat(0.0), T::splat(1.0));
+        let zero = T::splat(0.0);
 
         // The measurements.
         let whole = window.lost == 0;
@@ -203,7 +203,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         self.guard.follow_offset(&mut state.guard, state.share);
 
         // The estimates from this window.
-        let mut weight = Weight { time: zero, forgetting: one };
+        let mut weight = Weight { time: zero, forgetting: zero };
         if verdict == Verdict::Accepted {
             let openings = [state.means.spool, state.valve.opening()];
             weight = self.gate.weight(&mut state.gate, &mut state.evidence.amount, openings, &signals);

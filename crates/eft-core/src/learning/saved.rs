@@ -7,7 +7,7 @@ use crate::compensation::{Deviations, FIRST_NODE, NODES, PIECES};
 use crate::error::{ConfigError, LARGEST, positive, within};
 use crate::learning::checkpoint::Checkpoints;
 use crate::learning::curve_nodes::DEPARTURE;
-use crate::learning::deviation::{Deviation, gain_change};
+use crate::learning::deviation::{Deviation, attenuation, gain_change};
 use crate::learning::flow_curve::{FlowCurve, LARGEST_ASYMMETRY, LARGEST_NULL, NULL_DEVIATION};
 use crate::learning::learner::{Learner, LearnerState};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors};
@@ -157,7 +157,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let share_error = share * state.flow.gain.value;
         let flow_gain_variance = flow_gain_variance - share_error * share_error;
         let systematic = |share_square, square| {
-            self.deviation.systematic(share_square, square, &state.flow, &state.valve.found)
+            self.deviation.systematic(share_square, square, &state.flow, &state.valve.found, valve.period)
         };
         let square = frequency([valve_gain_variance, response_variance], |square| {
             systematic(zero, square).response_delay
@@ -188,7 +188,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         // The prior reduces the frequency at which the deviations are made.
         let stated = self.valve.mean_square_frequency(&evidence.valve);
         let gain_increase = self.valve.gain_increase(&state.valve.found, stated);
-        let attenuation = one + self.deviation.per_square_corner * stated;
+        let attenuation = attenuation(stated);
         let per_square = evidence.time * (attenuation * attenuation) / self.deviation.correlation;
         evidence.flow_errors = per_square * flow_error * flow_error;
         evidence.spool_errors = per_square * spool_error * spool_error;

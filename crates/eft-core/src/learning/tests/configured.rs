@@ -133,14 +133,6 @@ fn the_phase_of_a_lead_network_differs_from_its_delay_by_the_stated_share() {
 }
 
 #[test]
-fn a_network_is_sampled_at_a_frequency_that_is_higher_by_the_stated_share() {
-    let angle: f64 = 1e-2;
-    let share = 2.0 / angle * libm::tan(0.5 * angle) - 1.0;
-    let found = learner().deviation.sampling * (angle / PERIOD) * (angle / PERIOD);
-    assert!((found / share - 1.0).abs() < 1e-4, "{found}, not {share}");
-}
-
-#[test]
 fn half_a_sample_is_half_of_its_period() {
     same("half a sample", learner().deviation.half_sample, 0.5e-3);
 }

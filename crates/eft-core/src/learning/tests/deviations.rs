@@ -2,17 +2,11 @@
 
 use crate::compensation::Deviations;
 use crate::learning::checkpoint::Evidence;
-use crate::learning::deviation::{Deviation, MEAN_CORRELATION, gain_change};
+use crate::learning::deviation::{Deviation, MEAN_CORRELATION, attenuation, gain_change};
 use crate::learning::least_squares::{Estimate, GainAndDelay, LeastSquares, Priors, Range, Weight};
 
-const DEVIATION: Deviation<f64> = Deviation {
-    correlation: 0.03,
-    per_square_corner: 2e-4,
-    sampling: 1.5e-6,
-    per_square_flow: 3000.0,
-    half_sample: 2e-3,
-    leakage_corner: 300.0,
-};
+const DEVIATION: Deviation<f64> =
+    Deviation { correlation: 0.03, per_square_flow: 3000.0, half_sample: 2e-3, leakage_corner: 300.0 };
 const WEIGHT: Weight<f64> = Weight { time: 0.25, forgetting: 0.9 };
 const RANGE: Range<f64> = Range { bounds: [0.0, 2.0], change: 1.0 };
 const PRIORS: Priors<f64> = Priors {
@@ -26,6 +20,7 @@ const PRIORS: Priors<f64> = Priors {
 /// Mean-square frequency (1/s²).
 const SQUARE: f64 = 900.0;
 /// Share of the flow gain that follows from the departures.
+const PERIOD: f64 = 0.004;
 const SHARE: f64 = 0.03;
 
 fn estimate(value: f64, away: f64) -> Estimate<f64> {
@@ -74,16 +69,20 @@ fn sums_of_a_window_have_its_weight_and_the_share_of_the_older_ones() {
 
 #[test]
 fn systematic_errors_are_those_of_the_stated_equations() {
-    let found = DEVIATION.systematic(0.12, SQUARE, &flow(), &valve());
+    let found = DEVIATION.systematic(0.12, SQUARE, &flow(), &valve(), PERIOD);
     // The network is sampled at a frequency that is higher by this share.
-    let share = 1.5e-6 * SQUARE;
+    let share = SQUARE * PERIOD * PERIOD / 12.0;
     near("response delay", found.response_delay, (7e-3 * share) * (7e-3 * share));
     // A third of the square of a bound, of which a quarter is the leakage's: in quadrature, so its share times ω.
     near("flow gain", found.flow_gain, 0.01 * (1.1 * 3e-3) * (1.1 * 3e-3) * SQUARE);
     // The oil's flow is late by half a sample, and the velocity is 3 ms early.
     near("velocity delay", found.velocity_delay, 0.03 * 5e-3 * 5e-3);
     let late = GainAndDelay { delay: estimate(3e-3, 0.0), ..flow() };
-    near("late velocity", DEVIATION.systematic(0.12, SQUARE, &late, &valve()).velocity_delay, 0.03 * 1e-6);
+    near(
+        "late velocity",
+        DEVIATION.systematic(0.12, SQUARE, &late, &valve(), PERIOD).velocity_delay,
+        0.03 * 1e-6,
+    );
 }
 
 #[test]
@@ -113,13 +112,13 @@ fn a_variance_has_a_part_of_the_noise_of_the_models_and_of_the_distance() {
     let found = DEVIATION.deviations(&evidence(), SQUARE, (&PRIORS, &flow()), (&PRIORS, &valve()), SHARE);
     // Mean squares of the residuals, for the number of independent windows. Older windows have less weight, and the filter passes
     // less of the noise at the motion's frequency than of that at low ones.
-    let independent = 2.5 / 0.03 * 0.4 / 0.12 * 1.18 * 1.18;
+    let independent = 2.5 / 0.03 * 0.4 / 0.12 * attenuation(SQUARE) * attenuation(SQUARE);
     let (of_flow, of_spool) = (5e-6 / independent, 6e-4 / independent);
     // Diagonal information with the priors, and the squares of the instruments over its square.
     let scatter = |information: f64, squares: f64| squares / (information * information);
     let changes = 0.004 * 0.004;
     let share_of_oil = 3000.0 * 7e-7 / 0.4;
-    let systematic = DEVIATION.systematic(share_of_oil, SQUARE, &flow(), &valve());
+    let systematic = DEVIATION.systematic(share_of_oil, SQUARE, &flow(), &valve(), PERIOD);
     let root = |noise: f64, systematic: f64, away: f64| (noise + systematic + away * away).sqrt();
     // The estimate is this far from the last result, and the last result this far from that of the table itself.
     let away = 0.02 - SHARE * 1.1;

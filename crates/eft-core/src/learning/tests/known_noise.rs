@@ -5,6 +5,7 @@
 use crate::channel::Channel;
 use crate::compensation::{Deviations, NODES, PIECES};
 use crate::learning::curve_nodes::CurveNodes;
+use crate::learning::deviation::attenuation;
 use crate::learning::least_squares::{Estimate, GainAndDelay};
 use crate::learning::saved::SavedCalibration;
 use crate::learning::{Learner, LearnerState};
@@ -29,7 +30,13 @@ fn deviations(
     [of_flow, of_spool]: [f64; 2],
 ) -> Deviations<f64> {
     let rest = learner.at_rest();
-    let systematic = learner.deviation.systematic(share_square, SQUARE, &rest.flow, &rest.valve.found);
+    let systematic = learner.deviation.systematic(
+        share_square,
+        SQUARE,
+        &rest.flow,
+        &rest.valve.found,
+        learner.flow.priors.period,
+    );
     let root = |noise: f64, systematic: f64| libm::sqrt(noise * noise + systematic);
     let frequency = libm::sqrt(SQUARE);
     Deviations {
@@ -126,7 +133,7 @@ fn noise_at_the_motions_frequency_is_attenuated_by_taps_and_two_low_passes() {
         let low_pass = (1.0 - pole) * (1.0 - pole) / (1.0 - 2.0 * pole * libm::cos(angle) + pole * pole);
         let amplitude = low_pass * (middle + 2.0 * ends * libm::cos(angle));
         let square = (angle / learner.gate.period) * (angle / learner.gate.period);
-        near("amplitude", 1.0 / (1.0 + learner.deviation.per_square_corner * square), amplitude, 0.01);
+        near("amplitude", 1.0 / attenuation(square), amplitude, 0.02);
     }
 }
 
@@ -149,7 +156,8 @@ fn leakage_and_oil_share_their_error_by_their_squares() {
     let rest = learner.at_rest();
     (learner.deviation.leakage_corner, learner.deviation.half_sample) = (300.0, 5e-4);
     let late = GainAndDelay { delay: Estimate::at(2e-3), ..rest.flow };
-    let systematic = learner.deviation.systematic(0.12, SQUARE, &late, &rest.valve.found);
+    let systematic =
+        learner.deviation.systematic(0.12, SQUARE, &late, &rest.valve.found, learner.flow.priors.period);
     // The leakage has 300/(300 + 900) of the square, and a third of the square of a bound is its variance.
     near("leakage", systematic.flow_gain, SQUARE * 0.01 * 4e-6, 1e-12);
     near("oil", systematic.velocity_delay, 0.03 * 1.5e-3 * 1.5e-3, 1e-12);

@@ -46,8 +46,13 @@ fn saved(motion: Motion) -> SavedCalibration {
     let mut found = learner.at_rest();
     (found.flow.gain.value, found.flow.delay.value) = (saved.flow_gain, saved.velocity_delay);
     (found.valve.found.gain.value, found.valve.found.delay.value) = (saved.valve_gain, saved.response_delay);
-    let systematic =
-        learner.deviation.systematic(motion.share_square, motion.square, &found.flow, &found.valve.found);
+    let systematic = learner.deviation.systematic(
+        motion.share_square,
+        motion.square,
+        &found.flow,
+        &found.valve.found,
+        flow.period,
+    );
     let root = |noise: f64, systematic: f64| libm::sqrt(noise * noise + systematic);
     let [of_flow, of_spool] = motion.noise;
     let frequency = libm::sqrt(motion.square);
