@@ -22,13 +22,11 @@
 use crate::compensation::Deviations;
 use crate::integrity::integrity;
 use crate::learning::checkpoint::Evidence;
-use crate::learning::least_squares::{GainAndDelay, Priors, Weight};
+use crate::learning::least_squares::{BOUNDED, GainAndDelay, Priors, Weight};
 use crate::learning::tuning::{CURVE_AVERAGE, CURVE_CORRELATION, LOW_PASS};
 use crate::number::Real;
 use core::f64::consts::TAU;
 
-/// Variance of what is only known to lie within ±1, by a rectangular distribution.
-pub(super) const BOUNDED: f64 = 1.0 / 3.0;
 /// Inverse square of the corner (1/s) of the estimators' two low-passes. Their amplitude is 1 over 1 plus this times the square of
 /// the frequency; the taps and the windows change it by less than 2 % below 9 Hz.
 const PER_SQUARE_CORNER: f64 = 1.0 / (TAU * LOW_PASS * TAU * LOW_PASS);

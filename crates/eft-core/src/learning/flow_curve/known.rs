@@ -3,7 +3,7 @@
 use super::{CurveEvidence, CurveState, Direction, FIRST_ERRORS, FlowCurve, GAIN_DEVIATION, NULL_DEVIATION};
 use crate::compensation::NODES;
 use crate::learning::curve_nodes::{DEPARTURE, NODE_DEVIATION, node_variance};
-use crate::learning::deviation::BOUNDED;
+use crate::learning::least_squares::BOUNDED;
 use crate::learning::tuning::BISECTIONS;
 use crate::number::Real;
 
