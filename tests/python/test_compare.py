@@ -215,7 +215,7 @@ def test_maps_and_the_demo_s_tables_have_the_units_in_use(system, length, dampin
     with eft.use_units(system):
         ax = plots.stability_map(found, ax=Figure().subplots())
         table = demo_tables.sweeps([])
-    assert ax.get_ylabel() == f"damping ({damping})" and f"|x| {length}" in table.columns
+    assert ax.get_ylabel() == f"structure damping ({damping})" and f"|x| {length}" in table.columns
     low, high = ax.get_ylim()
     factor = _display.shown("damping", system).factor
     assert low < 2e3 * factor < 4e3 * factor < high < 8e3 * factor

@@ -145,7 +145,7 @@ def figure_maps(*found: StabilityMap) -> Figure:
     >>> levels, dampings = ("compensation.level", [0.9, 1.2]), ("structure.damping", [2e3, 4e3])
     >>> found = eft.linear.stability_map(eft.Rig.zhao2005(), levels, dampings)
     >>> plots.figure_maps(found).axes[0].get_xlabel()
-    'level'
+    'compensation level'
     """
     with printed():
         figure = page(2.7 * len(found))

@@ -192,7 +192,7 @@ def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
     >>> levels, dampings = ("compensation.level", [0.9, 1.2]), ("structure.damping", [2e3, 4e3])
     >>> found = eft.linear.stability_map(eft.Rig.zhao2005(), levels, dampings)
     >>> plots.stability_map(found).get_xlabel()
-    'level'
+    'compensation level'
     """
     ax = axes_or_new(ax)
     across, up = map_axis(found.horizontal_key), map_axis(found.vertical_key)
