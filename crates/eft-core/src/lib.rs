@@ -30,7 +30,10 @@ pub use compensation::{
 pub use controller::{Controller, ControllerInput, ControllerOutput, ControllerState};
 pub use error::{ConfigError, LARGEST, SMALLEST, Short};
 pub use force_loop::{Limiter, ServovalveController, ServovalveControllerState};
-pub use learning::{Learner, LearnerState, Moment, SavedCalibration, SavedCurve, Sums, Window, guard_tuning};
+pub use learning::{
+    Learner, LearnerState, Moment, SavedCalibration, SavedCurve, Sums, Window, guard_tuning,
+    tuning as learner_tuning,
+};
 #[cfg(feature = "serde")]
 pub use message::StoredParameters;
 pub use number::{CELLS, Flags, LaneFlags, LaneMask, Lanes, Mask, Real, Row, Scalar};

@@ -15,7 +15,7 @@ mod least_squares;
 mod saved;
 #[cfg(test)]
 mod tests;
-mod tuning;
+pub mod tuning;
 mod valve;
 mod window;
 

@@ -1,4 +1,5 @@
-//! Constants of the learner that no user sets, found on the paper's rig with sensor noise of about 0.05 % of range.
+//! Constants of the learner that no user sets, found on the paper's rig with sensor noise of about 0.05 % of range. The public
+//! ones are for predictions of what it does.
 
 /// Zero of the estimators' filter (Hz) between the mains' 50 and 60 Hz, nearer to the one that the oil column amplifies more.
 pub(crate) const MAINS: f64 = 58.0;
@@ -21,7 +22,7 @@ pub(crate) const SETTLING: f64 = 0.1;
 /// Time (s) over which the gate averages.
 pub(crate) const GATE_AVERAGE: f64 = 0.03;
 /// Allowed squared error of the models, as a share of the signals' squares (1).
-pub(crate) const GATE_THRESHOLD: f64 = 0.03;
+pub const GATE_THRESHOLD: f64 = 0.03;
 /// Opening (1) beyond which the valve counts as saturated.
 pub(crate) const LINEAR_RANGE: f64 = 0.9;
 /// Time (s) that weights a rate of opening in comparison with an opening.
@@ -36,12 +37,12 @@ pub(crate) const FASTEST: f64 = 1.0e12;
 /// Largest share of the velocity's delay that is added for the phase of the lead network. Up to it the phase's expansion holds.
 pub(crate) const LARGEST_DEFICIT: f64 = 0.5;
 
-/// Largest rate of the flow gain (1/s).
-pub(crate) const FLOW_GAIN_RATE: f64 = 0.5;
+/// Largest rate (1/s) of the flow gain.
+pub const FLOW_GAIN_RATE: f64 = 0.5;
 /// Largest rate of the valve gain (1/s).
 pub(crate) const VALVE_GAIN_RATE: f64 = 0.2;
-/// Largest rate of either delay over the configured response delay (1/s).
-pub(crate) const DELAY_RATE: f64 = 2.0;
+/// Largest rate (1/s) of either delay over the configured response delay.
+pub const DELAY_RATE: f64 = 2.0;
 /// Largest distance of the velocity's delay from the configured one, over the configured response delay (1).
 pub(crate) const VELOCITY_DELAY_REACH: [f64; 2] = [-1.0, 2.0];
 /// Weight of the configured flow gain (squared opening × s).

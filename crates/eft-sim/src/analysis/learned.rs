@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use eft_core::learner_tuning::{DELAY_RATE, FLOW_GAIN_RATE, GATE_THRESHOLD};
+
 use crate::analysis::linear::{
     Complex, FlowGain, Time, compensated_share, delay_budget, linearize, valve_response,
 };
@@ -16,13 +18,8 @@ const FREQUENCIES: i32 = 100;
 const BUDGET: (f64, f64) = (0.25, 10.0);
 /// Longest response delay (s) that a rig may have.
 const LONGEST: f64 = 1.0;
-/// Squared error of the learner's models, as a share of the signals' squares (1), above which it learns nothing.
-const REJECTED: f64 = 0.03;
 /// Share of the flow (1) by which the curve correction extends the lowest flow gain.
 const BY_CURVE: f64 = 0.2;
-/// Largest rates (1/s) of the flow gain, and of a delay over the configured response delay, as the learner limits them.
-const FLOW_GAIN_RATE: f64 = 0.5;
-const DELAY_RATE: f64 = 2.0;
 /// Time (s) until the first windows have a motion to learn from.
 const FIRST_WINDOWS: f64 = 0.1;
 /// Number of times at which the growth of a loop that is being calibrated is found.
@@ -72,7 +69,7 @@ pub(crate) fn after_learning(
     let (flow_gain, valve_gain) = (share * motion.used_over_true.norm(), valve.norm());
     let known = rig.compensation.velocity_delay + rig.velocity_delay(sample_rate)?;
     let first = flow_gain / gain;
-    if first * valve_gain < 1.0 && unexplained(first, valve_gain) > REJECTED {
+    if first * valve_gain < 1.0 && unexplained(first, valve_gain) > GATE_THRESHOLD {
         let fixed = rig.with_fixed_gains(sample_rate)?.varied(|values| {
             values.compensation.adaptive = false;
             values.compensation.velocity_delay = known;
