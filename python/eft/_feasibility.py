@@ -60,7 +60,7 @@ class Feasibility(Result):
     """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms. For a
     command with power above 20 Hz it is that below 100 Hz. With a guard alone on an unstable loop the
     true error is this or larger. None with more than half of the power above 20 Hz, or without a linear
-    model that is stable, at least after calibration or guard.""" ""
+    model that is stable, at least after calibration or guard."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
     left_out: tuple[str, ...]
@@ -79,7 +79,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     calibration. A loop that stays unstable after the calibration, or at the level to which the guard reduces
     it, is a "no". Any other unstable loop is a caution then, because only a test on the virtual rig shows the
     result. ``eft check`` runs such a test. A loop in which a deviation grows 20 times until self-calibration
-    has found flow gain and delays, at the learner's largest rates, is a "no".
+    has found gains and delays, at the learner's largest rates, is a "no".
 
     The errors of force and displacement are those of the linear model in the long run, after a
     self-calibration as far as its estimates reach. All controllers of a building are taken to learn the same.
@@ -96,8 +96,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
       ``left_out`` names the lap;
     - an oscillation about null by an unknown underlap, where the openings are small;
     - friction, in the force's error only;
-    - flow curve and load pressure without the nonlinear scheme, likewise. A simpler scheme than the advised
-      one is a caution only if an error comes near its limit, or is unknown.
+    - flow curve and load pressure without the nonlinear scheme, as an unknown lap. A simpler scheme than the
+      advised one is a caution only if an error comes near its limit, or is unknown.
 
     The pressure to which the supply falls under the flow of the demands is judged as after the test, by
     ``verdict.caution.supply_pressure`` and ``verdict.no.supply_pressure``. These are cautions as well:
@@ -190,7 +190,7 @@ def _until_learned(rig: Rig, rate: float) -> Iterator[Finding]:
         growth = f"{np.exp(exponent):.0f} times" if exponent < np.log(1e4) else "without a limit"
         yield Finding(
             "no",
-            f"A deviation grows {growth} until self-calibration has found flow gain and delays, which change "
+            f"A deviation grows {growth} until self-calibration has found gains and delays, which change "
             "slowly. Configure them nearer to the true ones: eft identify finds them.",
         )
 

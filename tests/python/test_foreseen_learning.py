@@ -13,7 +13,7 @@ RIG = eft.Rig.zhao2005().replace(
 )
 
 
-def judged(mass, frequency, rate, flow_gain, response_delay):
+def judged(mass, frequency, rate, flow_gain, response_delay, valve_gain=0.1):
     angular = 6.283 * frequency
     specimen = {
         "structure.mass": mass,
@@ -22,6 +22,7 @@ def judged(mass, frequency, rate, flow_gain, response_delay):
         "controller.sample_rate": rate,
         "truth.servovalve.flow_gain_scale": flow_gain,
         "compensation.response_delay": response_delay,
+        "compensation.valve_gain": valve_gain,
     }
     rig, command = RIG.replace(specimen), eft.sine_sweep(500.0, 0.3, 8.0, 8.0, rate)
     return eft.check_feasibility(rig, command), eft.simulate(rig, command)
@@ -31,7 +32,13 @@ def test_a_growth_that_calibration_is_too_slow_for_is_a_no():
     found, run = judged(2000.0, 1.5, 1024.0, 1.2, 10e-3)
     assert found.verdict == run.verdict.grade == "no" and run.metrics().nrmse > 1.0
     assert found.reasons[0].startswith("A deviation grows 1")
-    assert "until self-calibration has found flow gain and delays" in found.reasons[0]
+    assert "until self-calibration has found gains and delays" in found.reasons[0]
+
+
+def test_a_valve_gain_is_learned_more_slowly_than_a_flow_gain():
+    found, run = judged(2000.0, 1.5, 1024.0, 1.0, 5.6e-3, valve_gain=0.0834)
+    assert found.verdict == run.verdict.grade == "no" and run.metrics().nrmse > 0.3
+    assert found.reasons[0].startswith("A deviation grows")
 
 
 def test_a_growth_that_calibration_soon_ends_is_a_caution():

@@ -39,8 +39,8 @@ pub(crate) const LARGEST_DEFICIT: f64 = 0.5;
 
 /// Largest rate (1/s) of the flow gain.
 pub const FLOW_GAIN_RATE: f64 = 0.5;
-/// Largest rate of the valve gain (1/s).
-pub(crate) const VALVE_GAIN_RATE: f64 = 0.2;
+/// Largest rate (1/s) of the valve gain.
+pub const VALVE_GAIN_RATE: f64 = 0.2;
 /// Largest rate (1/s) of either delay over the configured response delay.
 pub const DELAY_RATE: f64 = 2.0;
 /// Largest distance of the velocity's delay from the configured one, over the configured response delay (1).

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use eft_core::learner_tuning::{DELAY_RATE, FLOW_GAIN_RATE, GATE_THRESHOLD};
+use eft_core::learner_tuning::{DELAY_RATE, FLOW_GAIN_RATE, GATE_THRESHOLD, VALVE_GAIN_RATE};
 
 use crate::analysis::linear::{
     Complex, FlowGain, Time, compensated_share, delay_budget, linearize, valve_response,
@@ -113,8 +113,8 @@ pub(crate) fn after_learning(
     Ok((rig, unreached.into_iter().flatten().collect()))
 }
 
-/// Exponent (1) by which a deviation grows until self-calibration has found flow gain and delays, at the learner's largest rates
-/// and at a sample rate (Hz); 0 for a loop that is stable at first.
+/// Exponent (1) by which a deviation grows until self-calibration has found gains and delays, at the learner's largest rates and
+/// at a sample rate (Hz); 0 for a loop that is stable at first.
 ///
 /// # Errors
 /// As [`learned`].
@@ -127,14 +127,19 @@ pub fn growth_until_learned(rig: &RigConfig, sample_rate: f64) -> Result<f64> {
     }
     let delays = [first.response_delay + first.velocity_delay, last.response_delay + last.velocity_delay];
     let (gain, delay) = (first.level / last.level, delays[1] - delays[0]);
-    let for_gain = (gain - 1.0).abs() / FLOW_GAIN_RATE;
+    let valve_gain = valve_response(rig, 0.0).norm() / first.valve_gain;
+    let flow_gain = gain / valve_gain;
+    let for_flow = (flow_gain - 1.0).abs() / FLOW_GAIN_RATE;
+    let for_valve = (valve_gain - 1.0).abs() / VALVE_GAIN_RATE;
     let for_delay = delay.abs() / (DELAY_RATE * first.response_delay);
-    let duration = FIRST_WINDOWS + for_gain.max(for_delay);
+    let duration = FIRST_WINDOWS + for_flow.max(for_valve).max(for_delay);
     let growth = |time: f64| {
         let found =
             |needed: f64| if needed > 0.0 { ((time - FIRST_WINDOWS) / needed).clamp(0.0, 1.0) } else { 1.0 };
         let rig = learned.varied(|values| {
-            values.compensation.level = first.level / (1.0 + (gain - 1.0) * found(for_gain));
+            let flow_gain = 1.0 + (flow_gain - 1.0) * found(for_flow);
+            let valve_gain = 1.0 + (valve_gain - 1.0) * found(for_valve);
+            values.compensation.level = first.level / (flow_gain * valve_gain);
             values.compensation.response_delay = delays[0] + delay * found(for_delay);
         });
         linearize(&rig, FlowGain::Mean, Time::Sampled(sample_rate))?.growth_rate()
