@@ -6,10 +6,10 @@ use crate::number::Real;
 /// Variance of what is only known to lie within ±1, by a rectangular distribution.
 pub(super) const BOUNDED: f64 = 1.0 / 3.0;
 
-/// How much a window counts for in a sum with forgetting. The alignment keeps it in memory: in two registers of a Cortex-M4F it costs
-/// an update 24 instructions.
+/// How much a window counts for in a sum with forgetting. The alignment keeps it in memory: in two registers of a
+/// Cortex-M4F it costs an update 24 instructions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(8))]
+#[repr(align(8))]
 pub(crate) struct Weight<T> {
     /// Time (s) of the window; 0 if it does not count.
     pub(crate) time: T,
