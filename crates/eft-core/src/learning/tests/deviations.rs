@@ -20,7 +20,6 @@ const PRIORS: Priors<f64> = Priors {
 /// Mean-square frequency (1/s²).
 const SQUARE: f64 = 900.0;
 /// Share of the flow gain that follows from the departures.
-const PERIOD: f64 = 0.004;
 const SHARE: f64 = 0.03;
 
 fn estimate(value: f64, away: f64) -> Estimate<f64> {
@@ -69,9 +68,9 @@ fn sums_of_a_window_have_its_weight_and_the_share_of_the_older_ones() {
 
 #[test]
 fn systematic_errors_are_those_of_the_stated_equations() {
-    let found = DEVIATION.systematic(0.12, SQUARE, &flow(), &valve(), PERIOD);
+    let found = DEVIATION.systematic(0.12, SQUARE, &flow(), &valve(), PRIORS.period);
     // The network is sampled at a frequency that is higher by this share.
-    let share = SQUARE * PERIOD * PERIOD / 12.0;
+    let share = SQUARE * PRIORS.period * PRIORS.period / 12.0;
     near("response delay", found.response_delay, (7e-3 * share) * (7e-3 * share));
     // A third of the square of a bound, of which a quarter is the leakage's: in quadrature, so its share times ω.
     near("flow gain", found.flow_gain, 0.01 * (1.1 * 3e-3) * (1.1 * 3e-3) * SQUARE);
@@ -80,7 +79,7 @@ fn systematic_errors_are_those_of_the_stated_equations() {
     let late = GainAndDelay { delay: estimate(3e-3, 0.0), ..flow() };
     near(
         "late velocity",
-        DEVIATION.systematic(0.12, SQUARE, &late, &valve(), PERIOD).velocity_delay,
+        DEVIATION.systematic(0.12, SQUARE, &late, &valve(), PRIORS.period).velocity_delay,
         0.03 * 1e-6,
     );
 }
@@ -118,7 +117,7 @@ fn a_variance_has_a_part_of_the_noise_of_the_models_and_of_the_distance() {
     let scatter = |information: f64, squares: f64| squares / (information * information);
     let changes = 0.004 * 0.004;
     let share_of_oil = 3000.0 * 7e-7 / 0.4;
-    let systematic = DEVIATION.systematic(share_of_oil, SQUARE, &flow(), &valve(), PERIOD);
+    let systematic = DEVIATION.systematic(share_of_oil, SQUARE, &flow(), &valve(), PRIORS.period);
     let root = |noise: f64, systematic: f64, away: f64| (noise + systematic + away * away).sqrt();
     // The estimate is this far from the last result, and the last result this far from that of the table itself.
     let away = 0.02 - SHARE * 1.1;
