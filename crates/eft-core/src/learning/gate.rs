@@ -115,8 +115,8 @@ impl<T: Real> Gate<T> {
         Verdict::Rejected { learned }
     }
 
-    /// The weight of an accepted window's evidence. The commanded opening must be large enough. The measured and the commanded opening (1, before the filters) must be
-    /// away from the stops.
+    /// The weight of an accepted window's evidence. The commanded opening must be large enough. The measured and the
+    /// commanded opening (1, before the filters) must be away from the stops.
     pub(crate) fn weight(
         &self,
         state: &mut GateState<T>,

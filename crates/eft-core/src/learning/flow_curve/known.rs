@@ -66,7 +66,7 @@ impl<T: Real> FlowCurve<T> {
         if found < prior { found } else { prior }
     }
 
-    /// Variance of the null offset in use (1) by noise, and the error (1) of the null offset per relative error of the
+    /// Variance of the null offset in use (1) by noise, and the error (1) of the null offset per relative change of the
     /// spool's gain. `slope` is the table's (m³/s per unit opening).
     pub(in crate::learning) fn null_errors(
         &self,
@@ -90,14 +90,14 @@ impl<T: Real> FlowCurve<T> {
     }
 
     /// Sets the sums that give these values: the mean square of the errors (squared steps), an asymmetry (1) with its
-    /// standard deviation (1), and a null offset (1) with its variance, at a flow gain (1). `of_gain` is the standard
-    /// deviation (1) of the spool's gain over the gain, and `slope` the table's (m³/s per unit opening).
+    /// standard deviation (1), and a null offset (1) with its variance, at a flow gain (1). `gain_change` is the
+    /// relative change (1) of the spool's gain during a test, and `slope` the table's (m³/s per unit opening).
     pub(in crate::learning) fn set_known(
         &self,
         (state, evidence): (&mut CurveState<T>, &mut CurveEvidence<T>),
         square: T,
         [asymmetry, deviation]: [T; 2],
-        [null, null_variance, of_gain]: [T; 3],
+        [null, null_variance, gain_change]: [T; 3],
         [flow_gain, slope]: [T; 2],
     ) {
         let ([first, windows], one) = (FIRST_ERRORS, T::splat(1.0));
@@ -116,7 +116,7 @@ impl<T: Real> FlowCurve<T> {
         let (mut low, mut high) = (T::splat(0.0), null_variance);
         for _ in 0..BISECTIONS {
             let noise = half * (low + high);
-            let late = (null + self.known_null) * of_gain * self.lag_share(slopes(noise), slope);
+            let late = (null + self.known_null) * gain_change * self.lag_share(slopes(noise), slope);
             if noise + late * late < null_variance { low = noise } else { high = noise }
         }
         let (noise, slopes) = (high, slopes(high));
