@@ -295,7 +295,7 @@ fn least<T: Real>(one: T, other: T) -> T {
 
 /// Mean-square frequency (1/s²) of the motion from which the variances of a gain (1) and of a delay (s²) were learned.
 /// At this frequency both variances, without the delay's systematic part, follow from the same noise. If this part is more than a
-/// third, a lower frequency explains them as well.
+/// third, a lower frequency explains them as well, and is the result.
 fn frequency<T: Real>([gain, delay]: [T; 2], systematic: impl Fn(T) -> T) -> T {
     let (most, mut square) = (T::splat(1.0 / 3.0) * delay, gain / delay);
     for _ in 0..ITERATIONS {
