@@ -82,14 +82,12 @@ pub(crate) fn metrics<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
     let judged = interruptible(py, || match fft {
-        true => Metrics::new(&command, &force, sample_rate),
-        false => Metrics::quick(&command, &force),
+        true => Metrics::of_force(&command, &force, sample_rate),
+        false => Metrics::quick_of_force(&command, &force),
     })?;
-    let is_quick = |name: &str| METRICS.iter().any(|metric| metric.name == name && !metric.costly);
     let answer = PyDict::new(py);
-    // All keys always exist, so that the rows of a study have the same columns.
-    for (name, value) in judged.all().into_iter().filter(|(name, _)| fft || is_quick(name)) {
-        answer.set_item(name, value.unwrap_or(f64::NAN))?;
+    for (name, value) in judged.iter() {
+        answer.set_item(name, value)?;
     }
     Ok(answer)
 }

@@ -4,7 +4,7 @@ use eft_core::status;
 
 use crate::batch::BatchOptions;
 use crate::closed_loop::{Estimates, TestRun, adapts};
-use crate::metrics::{Actuator, Row, Summed, judge, summed};
+use crate::metrics::{Actuator, Metrics, Summed, judge, summed};
 use crate::{Result, RigConfig};
 
 /// The result of a test.
@@ -12,7 +12,7 @@ use crate::{Result, RigConfig};
 pub struct Outcome {
     /// Every metric; for a building the value of the floor with the largest. Metrics of the force are NaN if
     /// the test diverged and the force is too large to square.
-    pub metrics: Row,
+    pub metrics: Metrics,
     /// Every flag of [`status`] that was raised at any time.
     pub status: u32,
     /// The controller's estimates at the end, by the names of [`TestRun`]'s traces. For a building each is
@@ -67,7 +67,7 @@ impl Outcome {
             floors => Estimates::nominal(&|_| rig).farthest(floors).named(),
         });
         let samples = actuators.first().map_or(0, |one| one.command.len());
-        Ok(Self { metrics: Row::worst(&rows), status, estimates, samples, runs: Vec::new() })
+        Ok(Self { metrics: Metrics::worst(&rows), status, estimates, samples, runs: Vec::new() })
     }
 
     /// Whether the test ran to its end with finite values.

@@ -1,6 +1,6 @@
 //! The metrics without a Fourier transform, computed sample by sample for one test or several side by side.
 
-use super::pair::in_range;
+use super::pair::{check, in_range};
 use crate::error::Result;
 use crate::lanes::Num;
 
@@ -146,6 +146,15 @@ impl Norms<f64> {
     pub(crate) fn tracking_indicator(&self) -> Result<f64> {
         in_range("tracking_indicator", self.area)
     }
+}
+
+/// Normalised root-mean-square error `√(Σ(x_m − x_c)² / Σx_c²)`, dimensionless.
+///
+/// # Errors
+/// When the signals are empty, unequal in length, not finite, or the command is zero throughout.
+pub fn nrmse(command: &[f64], measured: &[f64]) -> Result<f64> {
+    check(command, measured)?;
+    Norms::of(command, measured).nrmse()
 }
 
 #[cfg(test)]

@@ -43,10 +43,11 @@ mod tests {
         let with = |f: f64| -> f64 {
             let swing = tone(f, 0.5);
             let force: Vec<f64> = command.iter().enumerate().map(|(i, c)| c + swing(i)).collect();
-            Metrics::new(&command, &force, rate).unwrap().oscillation.unwrap()
+            Metrics::of_force(&command, &force, rate).unwrap().get("oscillation").unwrap()
         };
         assert!((with(65.0) - 0.1).abs() < 1e-12);
         assert!(with(20.0) < 1e-12 && with(200.0) < 1e-12);
-        assert!(Metrics::new(&command, &command, 250.0).unwrap().oscillation.is_none());
+        let slow = Metrics::of_force(&command, &command, 250.0).unwrap();
+        assert!(slow.get("oscillation").unwrap().is_nan());
     }
 }

@@ -1,51 +1,12 @@
-//! The metrics of a test, force and motion: one table for a run, a batch and a study.
+//! The metrics of a test, force and motion: the same for a run, a batch and a study.
 
 use super::norms::Norms;
 use super::pair::not_silent;
-use super::summary::Metrics;
+use super::table::Metrics;
 use crate::closed_loop::{SimulateOptions, ideal_responses};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
-
-/// One line of the [table](METRICS).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Metric {
-    /// Its name in Rust, in Python and in files.
-    pub name: &'static str,
-    /// Its SI unit; empty for a dimensionless metric.
-    pub unit: &'static str,
-    /// Description.
-    pub doc: &'static str,
-    /// Whether it needs Fourier transforms or the ideal response, and so longer than the test.
-    pub costly: bool,
-}
-
-const fn quick(name: &'static str, unit: &'static str, doc: &'static str) -> Metric {
-    Metric { name, unit, doc, costly: false }
-}
-
-const fn costly(name: &'static str, unit: &'static str, doc: &'static str) -> Metric {
-    Metric { name, unit, doc, costly: true }
-}
-
-/// Every metric of a test, in the order of tables and files.
-pub const METRICS: [Metric; 14] = [
-    quick("nrmse", "", "rms force error over rms command"),
-    costly("nrmse_delay_removed", "", "the same without the delay"),
-    quick("nrmse_bias_free", "", "the same without the offset"),
-    quick("peak_error", "", "largest force error over the largest command"),
-    costly("delay", "s", "delay of the force by cross-correlation, positive when it lags"),
-    costly("fei_amplitude", "", "amplitude of the frequency-domain evaluation index"),
-    costly("fei_delay", "s", "delay of the frequency-domain evaluation index"),
-    costly("fei_frequency", "Hz", "equivalent frequency of the frequency-domain evaluation index"),
-    costly("oscillation", "", "rms force error from 30 to 150 Hz, of the oil column, over rms command"),
-    quick("tracking_indicator", "N²", "tracking indicator, negative when the force lags"),
-    costly("displacement_error", "", "rms displacement error against the ideal response, over its rms"),
-    quick("max_spool", "", "largest spool opening"),
-    quick("drift", "m", "largest drift of the story"),
-    quick("min_supply_pressure", "Pa", "smallest supply pressure"),
-];
 
 /// The signals of one actuator in a test.
 #[derive(Debug, Clone, Copy)]
@@ -82,92 +43,28 @@ pub(crate) struct Summed<'a> {
     pub(crate) whole: [&'a [f64]; 2],
 }
 
-/// The metrics of one actuator's test. Rows are equal if all their bits are equal; undefined metrics are
-/// equal.
-#[derive(Debug, Clone)]
-pub struct Row {
-    /// In the order of the table; NaN for an undefined metric.
-    values: [f64; METRICS.len()],
-    /// Whether the costly metrics were computed.
-    costly: bool,
+/// The metrics of a test without those of the force: there was no command, or the numbers left their range.
+fn without_force(sums: &Sums, costly: bool) -> Metrics {
+    let mut metrics = Metrics::undefined(costly);
+    metrics.set("max_spool", sums.max_spool);
+    metrics.set("drift", sums.drift);
+    metrics.set("min_supply_pressure", sums.min_supply_pressure);
+    metrics
 }
 
-impl PartialEq for Row {
-    fn eq(&self, other: &Self) -> bool {
-        self.costly == other.costly && self.values.map(f64::to_bits) == other.values.map(f64::to_bits)
+/// The metrics of a test, with the costly ones if there is an ideal displacement (m).
+///
+/// # Errors
+/// Signals whose squares leave the range of `f64`.
+fn with_force(of: &Summed<'_>, sample_rate: f64, ideal: Option<&[f64]>) -> Result<Metrics> {
+    let Summed { command, sums, whole: [force, displacement] } = of;
+    let mut metrics = without_force(sums, ideal.is_some());
+    metrics.add_norms(&sums.norms, command)?;
+    if let Some(ideal) = ideal {
+        metrics.set("displacement_error", displacement_error(displacement, ideal));
+        metrics.add_transforms(command, force, sample_rate)?;
     }
-}
-
-impl Row {
-    /// Name and value of every computed metric; NaN for an undefined one.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        let values = METRICS.iter().zip(self.values);
-        let asked = self.costly;
-        values.filter(move |(metric, _)| asked || !metric.costly).map(|(metric, value)| (metric.name, value))
-    }
-
-    /// The value of one metric; `None` if it was not computed.
-    pub fn get(&self, name: &str) -> Option<f64> {
-        self.iter().find(|(known, _)| *known == name).map(|(_, value)| value)
-    }
-
-    fn set(&mut self, name: &str, value: f64) {
-        if let Some(at) = METRICS.iter().position(|metric| metric.name == name) {
-            self.values[at] = value;
-        }
-    }
-
-    /// The row of a test without metrics of the force: there was no command, or the numbers left their range.
-    fn without_force(sums: &Sums, costly: bool) -> Self {
-        let mut row = Self { values: [f64::NAN; METRICS.len()], costly };
-        row.set("max_spool", sums.max_spool);
-        row.set("drift", sums.drift);
-        row.set("min_supply_pressure", sums.min_supply_pressure);
-        row
-    }
-
-    /// Computes the metrics from the sums, and optionally the costly ones with the ideal displacement (m).
-    ///
-    /// # Errors
-    /// A command that is zero throughout; signals whose squares leave the range of `f64`.
-    fn new(of: &Summed<'_>, sample_rate: f64, ideal: Option<&[f64]>) -> Result<Self> {
-        let Summed { command, sums, whole: [force, displacement] } = of;
-        not_silent(command)?;
-        let quick = Metrics::of(&sums.norms, command)?;
-        let mut row = Self::without_force(sums, ideal.is_some());
-        let found = match ideal {
-            None => quick,
-            Some(ideal) => {
-                row.set("displacement_error", displacement_error(displacement, ideal));
-                quick.with_transforms(command, force, sample_rate)?
-            }
-        };
-        for (name, value) in found.iter() {
-            row.set(name, value);
-        }
-        Ok(row)
-    }
-
-    /// Of several floors, each metric of the floor with the largest absolute value.
-    pub(crate) fn worst(rows: &[Self]) -> Self {
-        let mut worst = Self { values: [f64::NAN; METRICS.len()], costly: rows.iter().any(|row| row.costly) };
-        for row in rows {
-            for (most, value) in worst.values.iter_mut().zip(row.values) {
-                *most = worse(*most, value);
-            }
-        }
-        worst
-    }
-}
-
-/// The value with the largest absolute value, in its unit, such as of the floors of a building. NaN counts as
-/// unknown; without a known value the answer is NaN.
-pub fn worst(values: impl IntoIterator<Item = f64>) -> f64 {
-    values.into_iter().fold(f64::NAN, worse)
-}
-
-fn worse(most: f64, value: f64) -> f64 {
-    if most.is_nan() || value.abs() > most.abs() { value } else { most }
+    Ok(metrics)
 }
 
 /// Rms error of a displacement (m) over the rms of the ideal one; NaN if that is zero.
@@ -199,7 +96,12 @@ fn ideal_displacements(rig: &RigConfig, sample_rate: f64, commands: &[&[f64]]) -
 /// # Errors
 /// Commands that are all zero throughout, signals that are not finite or of different lengths, or whose
 /// squares leave the range of `f64`; a sample rate outside its range.
-pub fn rows(rig: &RigConfig, sample_rate: f64, actuators: &[Actuator<'_>], costly: bool) -> Result<Vec<Row>> {
+pub fn rows(
+    rig: &RigConfig,
+    sample_rate: f64,
+    actuators: &[Actuator<'_>],
+    costly: bool,
+) -> Result<Vec<Metrics>> {
     crate::checks::sample_rate("sample_rate", sample_rate)?;
     for actuator in actuators {
         let length = actuator.command.len();
@@ -247,7 +149,7 @@ pub(crate) fn judge(
     actuators: &[Summed<'_>],
     costly: bool,
     diverged: bool,
-) -> Result<Vec<Row>> {
+) -> Result<Vec<Metrics>> {
     if actuators.iter().all(|one| not_silent(one.command).is_err()) {
         not_silent(&[])?;
     }
@@ -255,10 +157,10 @@ pub(crate) fn judge(
     let ideal = costly.then(|| ideal_displacements(rig, sample_rate, &commands));
     let row = |(i, one): (usize, &Summed<'_>)| {
         if not_silent(one.command).is_err() {
-            return Ok(Row::without_force(&one.sums, costly));
+            return Ok(without_force(&one.sums, costly));
         }
-        match Row::new(one, sample_rate, ideal.as_ref().map(|ideal| ideal[i].as_slice())) {
-            Err(_) if diverged => Ok(Row::without_force(&one.sums, costly)),
+        match with_force(one, sample_rate, ideal.as_ref().map(|ideal| ideal[i].as_slice())) {
+            Err(_) if diverged => Ok(without_force(&one.sums, costly)),
             judged => judged,
         }
     };
@@ -270,8 +172,9 @@ mod tests {
     use super::*;
     use crate::closed_loop::ideal_response;
     use crate::ground_motion::excitation::sine_sweep;
+    use crate::metrics::METRICS;
 
-    fn value(row: &Row, name: &str) -> f64 {
+    fn value(row: &Metrics, name: &str) -> f64 {
         row.get(name).unwrap()
     }
 
@@ -306,12 +209,6 @@ mod tests {
     }
 
     #[test]
-    fn the_worst_value_is_the_largest_that_is_known() {
-        assert_eq!(worst([1.0, f64::NAN, -3.0, 2.0]), -3.0);
-        assert!(worst([f64::NAN]).is_nan() && worst([]).is_nan());
-    }
-
-    #[test]
     fn drift_is_the_displacement_relative_to_the_story_below() {
         let list = |value: f64| toml::Value::Array(vec![value.into(); 2]);
         let rig = RigConfig::zhao2005()
@@ -335,7 +232,7 @@ mod tests {
         let rows = rows(&rig, 100.0, &floors, true).unwrap();
         assert_eq!((value(&rows[0], "drift"), value(&rows[1], "drift")), (0.01, 0.015));
         assert!(value(&rows[1], "nrmse").is_nan() && value(&rows[0], "nrmse") == 0.0);
-        let worst = Row::worst(&rows);
+        let worst = Metrics::worst(&rows);
         assert_eq!((value(&worst, "drift"), value(&worst, "nrmse")), (0.015, 0.0));
         let alone = super::rows(&rig, 100.0, &floors[..1], true).unwrap();
         assert!(value(&alone[0], "drift").is_nan() && value(&alone[0], "displacement_error").is_nan());
