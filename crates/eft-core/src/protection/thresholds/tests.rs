@@ -2,6 +2,7 @@
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
+use super::const_math::{logarithm, share};
 use super::*;
 use crate::parameters::Levels;
 
