@@ -3,6 +3,7 @@
 mod const_math;
 mod scales;
 
+use crate::compensation::null_bias;
 use crate::error::{ConfigError, LARGEST, check};
 use crate::learning::FlowModel;
 use crate::parameters::{Parameters, PlausibilityParameters, ProtectionParameters, VelocitySource};
@@ -71,51 +72,54 @@ const STILL_CHANGE: f64 = 0.1;
 
 /// Random walk (m²/s) of the sum that compares the ratio of velocity and displacement: its variance in a second. The direction
 /// of the motion turns the displacement's noise over at each reversal, so that it adds up, as the velocity's noise does.
-const fn ratio_walk(s: &Scales) -> f64 {
+const fn ratio_walk(s: &Scales<'_>) -> f64 {
     let fine = s.share(RATIO_CORNER);
-    let doubled_noise = 2.0 * s.noise.displacement;
+    let doubled_noise = 2.0 * s.noise.displacement_noise;
     2.0 * FASTEST_MOTION * doubled_noise * doubled_noise * fine / (2.0 - fine)
-        + s.noise.velocity * s.noise.velocity / s.rate
+        + s.noise.velocity_noise * s.noise.velocity_noise / s.rig.sample_rate
 }
 
 /// Path (m) of a delay of the fastest motion at its reversal, and of the displacement's noise behind a low-pass at both
 /// ends of a sum.
-const fn reversal_path(s: &Scales) -> f64 {
+const fn reversal_path(s: &Scales<'_>) -> f64 {
     let low = s.share(RESIDUAL_CORNER);
-    0.7 * s.deviations * s.noise.displacement * root(1e4 * low) / 100.0
+    0.7 * s.deviations * s.noise.displacement_noise * root(1e4 * low) / 100.0
         + OPPOSED * core::f64::consts::TAU * FASTEST_MOTION * s.trip.velocity * LATENCY * LATENCY
 }
 
 /// Repetitions (1) of a stuck sensor: those of 3 ms, and at least 8.
-const fn repeats(s: &Scales) -> f64 {
-    let repeats = 3.0e-3 * s.rate;
-    (if repeats > 8.0 { repeats } else { 8.0 }) + s.computation_delay
+const fn repeats(s: &Scales<'_>) -> f64 {
+    let repeats = 3.0e-3 * s.rig.sample_rate;
+    (if repeats > 8.0 { repeats } else { 8.0 }) + s.rig.computation_delay as f64
 }
 
 macro_rules! constructor {
     ($t:ty) => {
         impl SensorGate<$t> {
-            const fn by(s: &Scales, lost_samples: u32) -> Self {
-                let (noise, trip, spread) = (&s.noise, &s.trip, s.spread());
+            #[inline(always)]
+            const fn by(s: &Scales<'_>, lost_samples: u32) -> Self {
+                let (Scales { rig, noise, trip, .. }, spread) = (s, s.spread());
                 let (angle, motion_angle) = (s.angle(FASTEST_SIGNAL), s.angle(FASTEST_MOTION));
-                let reach = if s.limits_displacement { spread * noise.displacement } else { f32::MAX as f64 };
-                let growth = ESTIMATED_GATE * trip.velocity * FASTEST_MOTION / (SLOPE_CORNER * s.rate);
+                let reach =
+                    if s.limits_displacement { spread * noise.displacement_noise } else { f32::MAX as f64 };
+                let growth =
+                    ESTIMATED_GATE * trip.velocity * FASTEST_MOTION / (SLOPE_CORNER * rig.sample_rate);
                 Self {
                     tolerance: [
-                        (FORCE_GATE * (spread * noise.force + angle * trip.force)) as $t,
+                        (FORCE_GATE * (spread * noise.force_noise + angle * trip.force)) as $t,
                         (reach + angle * trip.displacement) as $t,
-                        (spread * noise.velocity + motion_angle * trip.velocity) as $t,
-                        (spread * noise.spool + angle * trip.spool) as $t,
+                        (spread * noise.velocity_noise + motion_angle * trip.velocity) as $t,
+                        (spread * noise.spool_noise + angle * trip.spool) as $t,
                     ],
                     displacement_tolerance: (reach + growth) as $t,
                     tolerance_growth: growth as $t,
                     friction_jump: (FRICTION * s.capacity) as $t,
                     reversal_velocity: (NEAR_REVERSAL * trip.velocity) as $t,
                     still_change: [
-                        (STILL_CHANGE * noise.force) as $t,
-                        (STILL_CHANGE * noise.displacement) as $t,
-                        (STILL_CHANGE * noise.velocity) as $t,
-                        (STILL_CHANGE * noise.spool) as $t,
+                        (STILL_CHANGE * noise.force_noise) as $t,
+                        (STILL_CHANGE * noise.displacement_noise) as $t,
+                        (STILL_CHANGE * noise.velocity_noise) as $t,
+                        (STILL_CHANGE * noise.spool_noise) as $t,
                     ],
                     liveliness_gain: s.share(1.0) as $t,
                     still_probability: exponential(-s.readings) as $t,
@@ -126,52 +130,59 @@ macro_rules! constructor {
         }
 
         impl LoadPressureWatch<$t> {
-            const fn by(s: &Scales) -> Option<Self> {
-                if s.load_pressure_tolerance >= LARGEST {
+            #[inline(always)]
+            const fn by(s: &Scales<'_>) -> Option<Self> {
+                let Scales { rig, noise, trip, .. } = s;
+                if noise.load_pressure_tolerance >= LARGEST {
                     return None;
                 }
-                let pressure_noise = s.noise.force / s.area;
-                let tolerance = s.load_pressure_tolerance + 4.0 * s.noise.force;
-                let swing = s.angle(FASTEST_SIGNAL) * s.trip.force / s.area;
+                let pressure_noise = noise.force_noise / rig.piston_area;
+                let tolerance = noise.load_pressure_tolerance + 4.0 * noise.force_noise;
+                let swing = s.angle(FASTEST_SIGNAL) * trip.force / rig.piston_area;
                 Some(Self {
-                    area: s.area as $t,
+                    area: rig.piston_area as $t,
                     jump: (FORCE_GATE * (s.spread() * pressure_noise + swing)) as $t,
                     still: (STILL_CHANGE * pressure_noise) as $t,
                     tolerance: tolerance as $t,
-                    latency: (PRESSURE_LATENCY * s.rate) as $t,
+                    latency: (PRESSURE_LATENCY * rig.sample_rate) as $t,
                     limit: (PRESSURE_TIME * tolerance) as $t,
                 })
             }
         }
 
         impl FlowLimits<$t> {
-            const fn by(s: &Scales) -> Self {
-                let (full_flow, noise) = (s.full_flow, s.drift_factor() * s.flow_noise());
+            #[inline(always)]
+            const fn by(s: &Scales<'_>) -> Self {
+                let Scales { rig, noise, trip, .. } = s;
+                let (full_flow, flow_noise) = (s.full_flow, s.drift_factor() * s.flow_noise());
                 let walk = s.walk(s.flow_noise());
                 // Seven standard deviations of the displacement's noise at both ends of a sum, and one per cent.
-                let travel = 16.0 * s.noise.displacement + 0.01 * s.trip.displacement;
+                let travel = 16.0 * noise.displacement_noise + 0.01 * trip.displacement;
                 Self {
                     high: s.share(FAST_CORNER) as $t,
                     fast_decay: (1.0 - s.share(1.6)) as $t,
-                    drift: (noise + FLOW_OFFSET * full_flow) as $t,
-                    fast_drift: (noise + FAST_FLOW_OFFSET * full_flow) as $t,
+                    drift: (flow_noise + FLOW_OFFSET * full_flow) as $t,
+                    fast_drift: (flow_noise + FAST_FLOW_OFFSET * full_flow) as $t,
                     null_drift: (OVERLAP_FLOW * full_flow) as $t,
-                    slow: (1.5 * s.area * travel + walk) as $t,
-                    fast: (FRICTION * s.capacity * s.compressibility / s.area + walk) as $t,
-                    wrong_sign: (WRONG_SIGN * FRICTION * s.capacity * s.compressibility / s.area + walk)
-                        as $t,
+                    slow: (1.5 * rig.piston_area * travel + walk) as $t,
+                    fast: (FRICTION * s.capacity * rig.compressibility / rig.piston_area + walk) as $t,
+                    wrong_sign: (WRONG_SIGN * FRICTION * s.capacity * rig.compressibility / rig.piston_area
+                        + walk) as $t,
                 }
             }
         }
 
         impl MotionLimits<$t> {
-            const fn by(s: &Scales) -> Self {
-                let walk = s.walk(s.noise.velocity);
+            #[inline(always)]
+            const fn by(s: &Scales<'_>) -> Self {
+                let Scales { noise, .. } = s;
+                let walk = s.walk(noise.velocity_noise);
                 // Seven standard deviations of the displacement's low-passed noise at both ends of a sum. The further low-pass
                 // of the ratio leaves about half of it.
-                let (travel, ratio) = (5.0 * s.noise.displacement + walk, 3.0 * s.noise.displacement + walk);
+                let (travel, ratio) =
+                    (5.0 * noise.displacement_noise + walk, 3.0 * noise.displacement_noise + walk);
                 Self {
-                    drift: (s.drift_factor() * s.noise.velocity) as $t,
+                    drift: (s.drift_factor() * noise.velocity_noise) as $t,
                     // A walk against a drift exceeds a limit with a probability of exp(−2·drift·limit/variance).
                     ratio_drift: (0.5 * s.readings * ratio_walk(s) / ratio) as $t,
                     travel: travel as $t,
@@ -182,9 +193,12 @@ macro_rules! constructor {
         }
 
         impl SpoolLimits<$t> {
-            const fn by(s: &Scales) -> Self {
-                let lag = 0.5 * s.response_delay * s.rate + 0.5 * (1.0 + s.computation_delay);
-                let noise = s.drift_factor() * s.noise.spool;
+            #[inline(always)]
+            const fn by(s: &Scales<'_>) -> Self {
+                let Scales { rig, .. } = s;
+                let lag =
+                    0.5 * rig.response_delay * rig.sample_rate + 0.5 * (1.0 + rig.computation_delay as f64);
+                let noise = s.drift_factor() * s.noise.spool_noise;
                 Self {
                     lag: (1.0 / (1.0 + lag)) as $t,
                     drift: (noise + 0.03) as $t,
@@ -196,21 +210,24 @@ macro_rules! constructor {
         }
 
         impl Following<$t> {
-            const fn by(s: &Scales) -> Self {
+            #[inline(always)]
+            const fn by(s: &Scales<'_>) -> Self {
+                let Scales { rig, trip, .. } = s;
                 let has_level = s.force_warning < LARGEST;
                 let brake = if has_level { BRAKE * s.force_warning } else { BRAKE_OF_CAPACITY * s.capacity };
                 Self {
                     low_gain: s.share(FLOW_VELOCITY_CORNER) as $t,
-                    fade: (1.0 - 1.0 / (1.0 + s.response_delay * s.rate)) as $t,
+                    fade: (1.0 - 1.0 / (1.0 + rig.response_delay * rig.sample_rate)) as $t,
                     brake: brake as $t,
-                    per_brake_velocity: (1.0 / (FULL_BRAKE_VELOCITY * s.trip.velocity)) as $t,
+                    per_brake_velocity: (1.0 / (FULL_BRAKE_VELOCITY * trip.velocity)) as $t,
                 }
             }
         }
 
         impl ReversalWatch<$t> {
-            const fn by(s: &Scales) -> Self {
-                let offset = FLOW_OFFSET * s.full_flow / s.area;
+            #[inline(always)]
+            const fn by(s: &Scales<'_>) -> Self {
+                let offset = FLOW_OFFSET * s.full_flow / s.rig.piston_area;
                 let (drift, limit) = ((0.25 * offset) as $t, reversal_path(s) as $t);
                 Self { slow: offset as $t, drift, limit }
             }
@@ -226,25 +243,26 @@ macro_rules! constructor {
                 watch: &PlausibilityParameters,
             ) -> Result<(), ConfigError> {
                 let s = check!(Scales::new(p, protection, watch));
-                let force_jump = s.area * s.area / (s.compressibility * s.rate);
+                let senses_velocity = matches!(p.velocity_source, VelocitySource::Sensor);
+                let force_jump = p.piston_area * p.piston_area / (p.compressibility * p.sample_rate);
                 *place = Some(Self {
                     model: FlowModel::<$t, N>::EMPTY,
                     gate: SensorGate::<$t>::by(&s, protection.lost_samples),
-                    derivative: check!(FilteredDerivative::<$t>::new(RESIDUAL_CORNER, s.rate)),
+                    derivative: check!(FilteredDerivative::<$t>::new(RESIDUAL_CORNER, p.sample_rate)),
                     lost_samples: protection.lost_samples,
                     repeats: repeats(&s) as u32,
-                    senses_velocity: s.senses_velocity,
+                    senses_velocity,
                     fast_velocity: matches!(
                         p.velocity_source,
                         VelocitySource::Sensor | VelocitySource::Accelerometer { .. }
                     ),
-                    period: (1.0 / s.rate) as $t,
-                    rate: s.rate as $t,
-                    area: s.area as $t,
-                    leakage: s.leakage as $t,
-                    oil: (s.compressibility / s.area) as $t,
-                    valve_gain: s.valve_gain as $t,
-                    null_bias: s.null_bias as $t,
+                    period: (1.0 / p.sample_rate) as $t,
+                    rate: p.sample_rate as $t,
+                    area: p.piston_area as $t,
+                    leakage: (p.leakage / p.piston_area) as $t,
+                    oil: (p.compressibility / p.piston_area) as $t,
+                    valve_gain: p.valve_gain as $t,
+                    null_bias: check!(null_bias(p)) as $t,
                     low_gain: s.share(RESIDUAL_CORNER) as $t,
                     ratio_gain: s.share(RATIO_CORNER) as $t,
                     spool_gain: s.share(SPOOL_CORNER) as $t,
@@ -255,11 +273,11 @@ macro_rules! constructor {
                     stroke: SpoolLimits::<$t>::by(&s),
                     reversal: ReversalWatch::<$t>::by(&s),
                     following: Following::<$t>::by(&s),
-                    force_jump: if s.senses_velocity { 0.0 } else { force_jump as $t },
-                    force_error_limit: (10.0 * s.noise.force + 0.15 * s.trip.force) as $t,
+                    force_jump: if senses_velocity { 0.0 } else { force_jump as $t },
+                    force_error_limit: (10.0 * s.noise.force_noise + 0.15 * s.trip.force) as $t,
                     changes: [
-                        (10.0 * s.noise.force + 0.02 * s.trip.force) as $t,
-                        (10.0 * s.noise.displacement) as $t,
+                        (10.0 * s.noise.force_noise + 0.02 * s.trip.force) as $t,
+                        (10.0 * s.noise.displacement_noise) as $t,
                     ],
                     load_pressure: LoadPressureWatch::<$t>::by(&s),
                 });
