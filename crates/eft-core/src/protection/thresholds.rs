@@ -31,16 +31,16 @@ const PRESSURE_LATENCY: f64 = 5.0e-4;
 const PRESSURE_TIME: f64 = 5.0e-4;
 /// Share of the velocity's trip level below which its direction has a smaller weight.
 const REVERSAL_VELOCITY: f64 = 0.01;
-/// The brake's largest force as a share of the force's warning level, so that it does not warn, or of the capacity without
-/// a level. It is reached at this share of the velocity's trip level.
+/// The brake's largest force as a share of the force's warning level, so that it does not warn, or of the capacity
+/// without a level. It is reached at this share of the velocity's trip level.
 const BRAKE: f64 = 0.4;
 const BRAKE_OF_CAPACITY: f64 = 0.05;
 const FULL_BRAKE_VELOCITY: f64 = 1.0 / 6.0;
 /// Share of friction's oil flow that is allowed for a force of the wrong sign. It is small, because friction does not
 /// reverse a sign.
 const WRONG_SIGN: f64 = 0.25;
-/// Opening (1) times time (s) that a spool may move against its command, as it does for a moment after a null bias of 3 %
-/// appears.
+/// Opening (1) times time (s) that a spool may move against its command, as it does for a moment after a null bias of 3
+/// % appears.
 const OPPOSED_TRAVEL: f64 = 6.0e-4;
 /// Corner (Hz) below which the spool is compared with its command.
 const SPOOL_CORNER: f64 = 5.0;
@@ -62,16 +62,17 @@ const NEAR_REVERSAL: f64 = 0.05;
 /// Factor on the gate of the force. A single reading beyond the gate is only held, and `lost_samples` in a row trip.
 /// The gate may therefore be narrow.
 const FORCE_GATE: f64 = 0.56;
-/// Factor on the path by which the fastest motion leaves its prediction, if the velocity is estimated. A wider jump would be
-/// a kick of the velocity, and a wrong sign near zero would pass.
+/// Factor on the path by which the fastest motion leaves its prediction, if the velocity is estimated. A wider jump
+/// would be a kick of the velocity, and a wrong sign near zero would pass.
 const ESTIMATED_GATE: f64 = 1.5;
 /// Corner (Hz) of the average of a signal's slope.
 const SLOPE_CORNER: f64 = 60.0;
 /// Largest change of a still sensor's reading, as a share of the deviation of its noise.
 const STILL_CHANGE: f64 = 0.1;
 
-/// Random walk (m²/s) of the sum that compares the ratio of velocity and displacement: its variance in a second. The direction
-/// of the motion turns the displacement's noise over at each reversal, so that it adds up, as the velocity's noise does.
+/// Random walk (m²/s) of the sum that compares the ratio of velocity and displacement: its variance in a second. The
+/// direction of the motion turns the displacement's noise over at each reversal, so that it adds up, as the velocity's
+/// noise does.
 const fn ratio_walk(s: &Scales<'_>) -> f64 {
     let fine = s.share(RATIO_CORNER);
     let doubled_noise = 2.0 * s.noise.displacement_noise;
@@ -177,8 +178,8 @@ macro_rules! constructor {
             const fn by(s: &Scales<'_>) -> Self {
                 let Scales { noise, .. } = s;
                 let walk = s.walk(noise.velocity_noise);
-                // Seven standard deviations of the displacement's low-passed noise at both ends of a sum. The further low-pass
-                // of the ratio leaves about half of it.
+                // Seven standard deviations of the displacement's low-passed noise at both ends of a sum. The further
+                // low-pass of the ratio leaves about half of it.
                 let (travel, ratio) =
                     (5.0 * noise.displacement_noise + walk, 3.0 * noise.displacement_noise + walk);
                 Self {

@@ -89,8 +89,8 @@ impl<'a> Scales<'a> {
         core::f64::consts::TAU * frequency / self.rig.sample_rate
     }
 
-    /// Deviations (1) that a reading's difference from its prediction exceeds by a false alarm only. The prediction has noise
-    /// as well, so there is a third more.
+    /// Deviations (1) that a reading's difference from its prediction exceeds by a false alarm only. The prediction has
+    /// noise as well, so there is a third more.
     pub(super) const fn spread(&self) -> f64 {
         1.33 * self.deviations
     }
@@ -100,8 +100,8 @@ impl<'a> Scales<'a> {
         self.rig.piston_area * self.noise.velocity_noise + self.full_flow * self.noise.spool_noise
     }
 
-    /// Three standard deviations of white noise after the low-pass of the residuals, per deviation before it (1). The range of
-    /// the sums of the remaining noise is in it.
+    /// Three standard deviations of white noise after the low-pass of the residuals, per deviation before it (1). The
+    /// range of the sums of the remaining noise is in it.
     pub(super) const fn drift_factor(&self) -> f64 {
         let low = self.share(RESIDUAL_CORNER);
         3.0 * root(1.0 + low) * 0.75 * root(1.0 + 2.0 * low) * low

@@ -63,8 +63,8 @@ fn the_gate_of_a_displacement_that_shows_the_velocity_is_as_wide_as_noise_and_ac
 
 #[test]
 fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
-    // Noise of 78 N, 63.5 µm, 0.525 mm/s and 0.05 %, with one false alarm in a thousand hours at 4096 Hz. Four signals have
-    // 2^36 readings in this time, so the exponent is 36·ln 2 = 24.953, which means 7.064 deviations.
+    // Noise of 78 N, 63.5 µm, 0.525 mm/s and 0.05 %, with one false alarm in a thousand hours at 4096 Hz. Four signals
+    // have 2^36 readings in this time, so the exponent is 36·ln 2 = 24.953, which means 7.064 deviations.
     let to = |trip: f64| Levels { warning: trip, trip };
     let protection = ProtectionParameters {
         force: to(20e3),
