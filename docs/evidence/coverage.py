@@ -102,6 +102,11 @@ def test(rig: eft.Rig, amplitude: float) -> eft.TestRun:
     return eft.simulate(rig, within_the_rig(rig.replace({"truth": None}), sweep))
 
 
+def stated(run: eft.TestRun, name: str) -> float:
+    """Standard deviation of an estimate at the end of a test."""
+    return float(getattr(run, f"{name}_deviation")[-1])
+
+
 def gain_and_delays(size: str, index: int) -> Iterator[Row]:
     """Gains and delays of a valve whose table is right; its own are those of the motion that was learned."""
     rig, truth = draw(index, size)
@@ -117,7 +122,7 @@ def gain_and_delays(size: str, index: int) -> Iterator[Row]:
     kept = run.calibration
     assert kept is not None
     for name, value in expected.items():
-        yield size, name, index, value, kept[name], kept["deviations"][name]
+        yield size, name, index, value, kept[name], stated(run, name)
 
 
 def gain_beside_curve(size: str, index: int) -> Iterator[Row]:
@@ -129,7 +134,7 @@ def gain_beside_curve(size: str, index: int) -> Iterator[Row]:
     kept = run.calibration
     assert kept is not None
     name = "flow gain beside the curve"
-    yield size, name, index, truth["flow_gain"], kept["flow_gain"], kept["deviations"]["flow_gain"]
+    yield size, name, index, truth["flow_gain"], kept["flow_gain"], stated(run, "flow_gain")
 
 
 def bent(rig: eft.Rig, truth: dict[str, float]) -> tuple[list[float], list[float]]:
@@ -147,9 +152,9 @@ def null(size: str, index: int) -> Iterator[Row]:
     openings, flows = bent(rig, truth)
     bias = np.random.default_rng([SEED, index, 1]).uniform(-MOST_BIAS, MOST_BIAS)
     changes = {"servovalve.flow_table": {"openings": openings, "flows": flows}, "servovalve.null_bias": bias}
-    kept = test(rig.replace(CURVE | true(changes)), 0.057 * capacity(rig)).calibration
-    assert kept is not None
-    yield size, "null_offset", index, bias, kept["null_offset"], kept["deviations"]["null_offset"]
+    run = test(rig.replace(CURVE | true(changes)), 0.057 * capacity(rig))
+    assert run.calibration is not None
+    yield size, "null_offset", index, bias, run.calibration["null_offset"], stated(run, "null_offset")
 
 
 def nodes(size: str, index: int) -> Iterator[Row]:
@@ -165,7 +170,7 @@ def nodes(size: str, index: int) -> Iterator[Row]:
     own = np.array(curve["departure_deviations"])
     share = np.divide(own, np.abs(at), out=np.zeros_like(own), where=at != 0)
     # The departures' part of the flow gain cancels in the flow, the product of gain and curve.
-    of_gain = max((kept["deviations"]["flow_gain"] / gain) ** 2 - curve["flow_gain_share"] ** 2, 0.0)
+    of_gain = max((stated(run, "flow_gain") / gain) ** 2 - curve["flow_gain_share"] ** 2, 0.0)
     for opening in OPENINGS:
         true_flow = np.interp(opening, openings, flows)
         found = np.interp(opening, openings, run.found_flows)

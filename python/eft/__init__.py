@@ -36,7 +36,14 @@ from eft._native import (
 from eft._notebook import teach_native
 from eft._replay import Replay, replay
 from eft._run import Coherence, FftRatio, Metrics, TestRun
-from eft._sections import Calibration, CalibrationDeviations, CurveCorrection, RigKey, rig_keys
+from eft._sections import (
+    Calibration,
+    CalibrationDistances,
+    CalibrationEvidence,
+    CurveCorrection,
+    RigKey,
+    rig_keys,
+)
 from eft._simulate import IdealResponse, StepController, energy_balance, ideal_response, simulate
 from eft._status import Cause, Status
 from eft._structure import StructureError
@@ -50,7 +57,8 @@ from eft.traces._compare import Comparison, compare
 
 __all__ = [
     "Calibration",
-    "CalibrationDeviations",
+    "CalibrationDistances",
+    "CalibrationEvidence",
     "Cause",
     "Coherence",
     "Command",

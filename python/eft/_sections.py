@@ -8,7 +8,14 @@ from typing import Any, Literal, TypeVar
 
 from eft import _native
 
-__all__ = ["Calibration", "CalibrationDeviations", "CurveCorrection", "RigKey", "rig_keys"]
+__all__ = [
+    "Calibration",
+    "CalibrationDistances",
+    "CalibrationEvidence",
+    "CurveCorrection",
+    "RigKey",
+    "rig_keys",
+]
 
 
 Name = TypeVar("Name", bound=str)
@@ -47,17 +54,41 @@ def plain(value: Any) -> Any:
     return [plain(part) for part in value] if isinstance(value, (tuple, list)) else value
 
 
-DeviationName = Literal["flow_gain", "valve_gain", "response_delay", "velocity_delay", "null_offset"]
-CurveName = Literal[
-    "asymmetry", "asymmetry_deviation", "departures", "departure_deviations", "error", "flow_gain_share"
+EstimateName = Literal["flow_gain", "valve_gain", "response_delay", "velocity_delay", "null_offset"]
+EvidenceName = Literal[
+    "time",
+    "mean_weight",
+    "mean_square_frequency",
+    "growth",
+    "flow",
+    "flow_rate",
+    "rate_flow",
+    "rate_flow_rate",
+    "compressed_flow",
+    "flow_error",
+    "spool_error",
+    "distances",
 ]
-CalibrationName = Literal[DeviationName, "version", "greatest_flow", "deviations", "excitation", "curve"]
+CurveName = Literal[
+    "asymmetry",
+    "asymmetry_deviation",
+    "departures",
+    "departure_deviations",
+    "error",
+    "flow_gain_share",
+    "mean_departure",
+    "time",
+    "sensor_offset",
+    "null_time",
+    "null_coupling",
+]
+CalibrationName = Literal[EstimateName, "version", "greatest_flow", "excitation", "evidence", "curve"]
 RigKeyName = Literal["key", "unit", "type", "allowed", "doc", "required", "required_where", "default"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CalibrationDeviations(Section[DeviationName]):
-    """The standard deviations of a calibration."""
+class CalibrationDistances(Section[EstimateName]):
+    """Results of the least squares minus the estimates, which follow at limited rates and within bounds."""
 
     flow_gain: float
     """Of the flow gain."""
@@ -69,6 +100,36 @@ class CalibrationDeviations(Section[DeviationName]):
     """Of the velocity's delay, s."""
     null_offset: float
     """Of the null offset."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CalibrationEvidence(Section[EvidenceName]):
+    """What the estimates of a calibration were learned from, as means weighted by the squared opening."""
+
+    time: float
+    """Remembered time of motion, s."""
+    mean_weight: float
+    """Mean weight of the remembered motion; 1 if nothing was forgotten."""
+    mean_square_frequency: float
+    """Mean-square frequency of the motion, 1/s²: the mean of the opening's squared rate."""
+    growth: float
+    """Mean of opening times its rate, 1/s."""
+    flow: float
+    """Mean of opening times flow, m³/s."""
+    flow_rate: float
+    """Mean of opening times the flow's rate, m³/s²."""
+    rate_flow: float
+    """Mean of the opening's rate times flow, m³/s²."""
+    rate_flow_rate: float
+    """Mean of the opening's rate times the flow's rate, m³/s³."""
+    compressed_flow: float
+    """Rms of the flow that leaks and compresses the oil, over that of the opening, m³/s."""
+    flow_error: float
+    """Rms of the flow that the estimates leave unexplained, m³/s."""
+    spool_error: float
+    """Rms of the opening that the estimates leave unexplained."""
+    distances: CalibrationDistances
+    """Results of the least squares minus the estimates in use."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -90,11 +151,25 @@ class CurveCorrection(Section[CurveName]):
 
     The table alone has the flow gain over 1 plus this share.
     """
+    mean_departure: float
+    """Mean departure over the flow, which the flow gain slowly takes over."""
+    time: float
+    """Remembered time of residual and sensor offset, s."""
+    sensor_offset: float
+    """Reading of the spool's sensor minus the commanded opening times the spool's gain."""
+    null_time: float
+    """Remembered time of the null offset, at the table's slope at null, s."""
+    null_coupling: float
+    """Share of this time in which an error of a direction's gain looks like a null offset."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration(Section[CalibrationName]):
-    """What an adaptive controller learned in a test; as a mapping, the section ``calibration`` of a rig."""
+    """What an adaptive controller learned in a test; as a mapping, the section ``calibration`` of a rig.
+
+    Standard deviations depend on the configuration as well, so they are traces of a run, such as
+    ``run.flow_gain_deviation``.
+    """
 
     version: int
     """Version of its form."""
@@ -110,24 +185,43 @@ class Calibration(Section[CalibrationName]):
     """Delay of the velocity after the spool by their sensors, s."""
     null_offset: float
     """Commanded opening at which the valve passes nothing at no load."""
-    deviations: CalibrationDeviations
-    """Standard deviations of these five."""
     excitation: float
     """Motion from which these were estimated, the integral of the squared opening, s."""
+    evidence: CalibrationEvidence
+    """What else they were estimated from."""
     curve: CurveCorrection
     """Correction of the flow curve."""
 
 
+_EVIDENCE_VERSION = 4
+"""First version of a calibration that contains its evidence."""
+
+
 def calibration_of(section: Mapping[str, Any] | None) -> Calibration | None:
-    """The calibration from a section of a rig; an exception if it is none."""
+    """The calibration from a section of a rig; an exception if it is none.
+
+    Of the earlier versions, from which no controller starts, the evidence is empty.
+    """
     if section is None:
         return None
     values = dict(section)
-    deviations = CalibrationDeviations(**_numbers(values.pop("deviations")))
-    # Version 2 has no share.
-    curve = CurveCorrection(**{"flow_gain_share": 0.0} | _numbers(values.pop("curve")))
     version = int(values.pop("version"))
-    return Calibration(version=version, deviations=deviations, curve=curve, **_numbers(values))
+    evidence, curve = dict(values.pop("evidence", {})), dict(values.pop("curve"))
+    if version < _EVIDENCE_VERSION:
+        values.pop("deviations")
+        evidence = _empty(CalibrationEvidence) | {"distances": _empty(CalibrationDistances)}
+        curve = _empty(CurveCorrection) | curve
+    distances = CalibrationDistances(**_numbers(evidence.pop("distances")))
+    return Calibration(
+        version=version,
+        evidence=CalibrationEvidence(**_numbers(evidence), distances=distances),
+        curve=CurveCorrection(**_numbers(curve)),
+        **_numbers(values),
+    )
+
+
+def _empty(section: type) -> dict[str, Any]:
+    return {field.name: 0.0 for field in fields(section)}
 
 
 def _numbers(values: Mapping[str, Any]) -> dict[str, Any]:

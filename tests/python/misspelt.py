@@ -13,7 +13,7 @@ run = eft.simulate(rig, command)
 calibration = eft.simulate(rig, command, calibration=run.calibration).calibration
 assert calibration is not None
 print(run.metrics()["nrmse"], run.metrics().delay, run.force.max(), run.test_ratio[-1])
-print(calibration["deviations"], {"calibration": calibration}, eft.rig_keys()[0]["unit"])
+print(calibration["evidence"], {"calibration": calibration}, eft.rig_keys()[0]["unit"])
 """
 LINE = MISSPELT.count("\n") + 1
 
@@ -23,7 +23,7 @@ MISTAKES = [
     ("run.metrics().displacment_error", "displacment_error"),
     ("run.forse", "forse"),
     ('calibration["deviation"]', "deviation|index type"),
-    ('calibration.deviations["flow_gian"]', "flow_gian|index type"),
+    ('calibration.evidence["flow_rtae"]', "flow_rtae|index type"),
     ('calibration.curve["asymetry"]', "asymetry|index type"),
     ('eft.rig_keys()[0]["unti"]', "unti|index type"),
     ("run.mesured_force", "mesured_force"),

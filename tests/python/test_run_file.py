@@ -211,18 +211,24 @@ def test_a_run_of_a_version_without_a_trace_is_read(tmp_path):
     assert "flow_gain_estimate" in written and "valve_gain_estimate" not in written
 
 
-def test_a_run_of_a_version_whose_calibrations_had_no_share_is_read(tmp_path):
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_run_of_a_version_whose_calibrations_had_no_evidence_is_read(tmp_path, version):
     run = eft.simulate(RIG.replace({"compensation.adaptive": True}), SHORT)
     saved = run.save(tmp_path / "old.eft")
     with np.load(saved, allow_pickle=False) as archive:
         (told,) = json.loads(str(archive["about"]))["calibrations"]
-    del told["curve"]["flow_gain_share"]
-    told["version"] = 2
+    of_version = ["asymmetry", "asymmetry_deviation", "departures", "departure_deviations", "error"]
+    share = 0.0 if version == 2 else told["curve"]["flow_gain_share"]
+    of_version += ["flow_gain_share"] * (version - 2)
+    told["curve"] = {name: told["curve"][name] for name in of_version}
+    del told["evidence"]
+    told |= {"version": version, "deviations": dict.fromkeys(run.calibration.evidence.distances, 1e-3)}
     old = eft.TestRun.load(rewritten(saved, calibrations=[told])).calibration
-    assert old.version == 2 and old.curve.flow_gain_share == 0.0
+    assert old.version == version and old.curve.flow_gain_share == share
+    assert old.evidence.time == 0.0 and old.curve.time == 0.0
     assert old.flow_gain == run.calibration.flow_gain
     # A controller does not start from it.
-    with pytest.raises(ValueError, match=r"calibration\.version"):
+    with pytest.raises(ValueError, match=rf"calibration\.version = {version}: must be 4: repeat the test"):
         RIG.replace({"compensation.adaptive": True, "calibration": old})
 
 

@@ -31,8 +31,8 @@ pub use controller::{Controller, ControllerInput, ControllerOutput, ControllerSt
 pub use error::{ConfigError, LARGEST, SMALLEST, Short};
 pub use force_loop::{Limiter, ServovalveController, ServovalveControllerState};
 pub use learning::{
-    Learner, LearnerState, Moment, SavedCalibration, SavedCurve, Sums, Window, guard_tuning,
-    tuning as learner_tuning,
+    Learner, LearnerState, Moment, SavedCalibration, SavedCurve, SavedDistances, SavedEvidence, Sums, Window,
+    guard_tuning, tuning as learner_tuning,
 };
 #[cfg(feature = "serde")]
 pub use message::StoredParameters;

@@ -394,7 +394,8 @@ typedef struct eft_learner_f32 { uint64_t marker; float value[169]; } eft_learne
 typedef struct eft_learner_state_f32 { uint64_t marker; float value[314]; } eft_learner_state_f32;
 
 // A calibration to keep over a restart, from eft_save_calibration for eft_start_from. It is valid for either precision
-// and any sample rate.
+// and any sample rate. Standard deviations depend on both: after eft_start_from, eft_first_calibration and
+// eft_read_calibration have them.
 typedef struct eft_saved_calibration {
   uint32_t version;                  // version of this struct; any other is refused
   double greatest_flow;              // m3/s; of the flow table, to which flow gain and curve refer
@@ -403,18 +404,34 @@ typedef struct eft_saved_calibration {
   double response_delay;             // s; of the measured spool after its command
   double velocity_delay;             // s; of the measured velocity after the measured spool
   double null_offset;                // 1; commanded opening at which the valve passes nothing at no load
-  double flow_gain_deviation;        // 1; standard deviations, infinite before anything is learned
-  double valve_gain_deviation;       // 1
-  double response_delay_deviation;   // s
-  double velocity_delay_deviation;   // s
-  double null_offset_deviation;      // 1
-  double excitation;                 // s; integral of the squared opening, 0 before anything is learned
+  double excitation;                 // s; integral of the squared opening x, 0 before anything is learned
+  double time;                       // s; remembered time of motion
+  double mean_weight;                // 1; of the remembered motion, 1 if nothing was forgotten
+  double mean_square_frequency;      // 1/s2; mean of x'x' by that of xx, like the next ones; x' is its rate
+  double growth;                     // 1/s; mean of xx'
+  double flow;                       // m3/s; mean of xq, with the flow q
+  double flow_rate;                  // m3/s2; mean of xq'
+  double rate_flow;                  // m3/s2; mean of x'q
+  double rate_flow_rate;             // m3/s3; mean of x'q'
+  double compressed_flow;            // m3/s; rms flow that leaks and compresses the oil, by the rms opening
+  double flow_error;                 // m3/s; rms flow that the estimates leave unexplained
+  double spool_error;                // 1; rms opening that the estimates leave unexplained
+  double flow_gain_distance;         // 1; results of the least squares minus the estimates in use
+  double valve_gain_distance;        // 1
+  double response_delay_distance;    // s
+  double velocity_delay_distance;    // s
+  double null_offset_distance;       // 1
   double asymmetry;                  // 1; table flow per forward flow over the mean of both directions, less 1
   double asymmetry_deviation;        // 1
   double departures[EFT_CURVE_NODES]; // m3/s; from the direction, at -8/7 to 8/7 of the greatest flow
   double departure_deviations[EFT_CURVE_NODES]; // m3/s
   double curve_error;                // m3/s; rms part of a window's flow that the correction leaves unexplained
   double flow_gain_share;            // 1; share of the flow gain that follows from the departures
+  double mean_departure;             // 1; over the flow, which the flow gain slowly takes over
+  double curve_time;                 // s; remembered time of curve_error and sensor_offset
+  double sensor_offset;              // 1; spool's reading minus the commanded opening times the spool's gain
+  double null_time;                  // s; remembered time of the null offset, at the table's slope at null
+  double null_coupling;              // 1; share of it in which a direction's gain looks like a null offset
 } eft_saved_calibration;
 
 // The numbers of a calibration.
@@ -585,7 +602,7 @@ EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 904);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
-EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 408);
+EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 536);
 EFT_SIZES(eft_channel, 1328, 2640);
 EFT_SIZES(eft_state, 1696, 3376);
 EFT_SIZES(eft_input, 48, 96);

@@ -40,7 +40,8 @@ pub const EFT_CURVE_NODES: usize = 17;
 
 data! {
     /// A calibration to keep over a restart, from eft_save_calibration for eft_start_from. It is valid for either
-    /// precision and any sample rate.
+    /// precision and any sample rate. Standard deviations depend on both: after eft_start_from, eft_first_calibration and
+    /// eft_read_calibration have them.
     eft_saved_calibration {
         version: u32, "version of this struct; any other is refused";
         greatest_flow: f64, "m3/s; of the flow table, to which flow gain and curve refer";
@@ -49,18 +50,34 @@ data! {
         response_delay: f64, "s; of the measured spool after its command";
         velocity_delay: f64, "s; of the measured velocity after the measured spool";
         null_offset: f64, "1; commanded opening at which the valve passes nothing at no load";
-        flow_gain_deviation: f64, "1; standard deviations, infinite before anything is learned";
-        valve_gain_deviation: f64, "1";
-        response_delay_deviation: f64, "s";
-        velocity_delay_deviation: f64, "s";
-        null_offset_deviation: f64, "1";
-        excitation: f64, "s; integral of the squared opening, 0 before anything is learned";
+        excitation: f64, "s; integral of the squared opening x, 0 before anything is learned";
+        time: f64, "s; remembered time of motion";
+        mean_weight: f64, "1; of the remembered motion, 1 if nothing was forgotten";
+        mean_square_frequency: f64, "1/s2; mean of x'x' by that of xx, like the next ones; x' is its rate";
+        growth: f64, "1/s; mean of xx'";
+        flow: f64, "m3/s; mean of xq, with the flow q";
+        flow_rate: f64, "m3/s2; mean of xq'";
+        rate_flow: f64, "m3/s2; mean of x'q";
+        rate_flow_rate: f64, "m3/s3; mean of x'q'";
+        compressed_flow: f64, "m3/s; rms flow that leaks and compresses the oil, by the rms opening";
+        flow_error: f64, "m3/s; rms flow that the estimates leave unexplained";
+        spool_error: f64, "1; rms opening that the estimates leave unexplained";
+        flow_gain_distance: f64, "1; results of the least squares minus the estimates in use";
+        valve_gain_distance: f64, "1";
+        response_delay_distance: f64, "s";
+        velocity_delay_distance: f64, "s";
+        null_offset_distance: f64, "1";
         asymmetry: f64, "1; table flow per forward flow over the mean of both directions, less 1";
         asymmetry_deviation: f64, "1";
         departures: [f64; EFT_CURVE_NODES], "m3/s; from the direction, at -8/7 to 8/7 of the greatest flow";
         departure_deviations: [f64; EFT_CURVE_NODES], "m3/s";
         curve_error: f64, "m3/s; rms part of a window's flow that the correction leaves unexplained";
         flow_gain_share: f64, "1; share of the flow gain that follows from the departures";
+        mean_departure: f64, "1; over the flow, which the flow gain slowly takes over";
+        curve_time: f64, "s; remembered time of curve_error and sensor_offset";
+        sensor_offset: f64, "1; spool's reading minus the commanded opening times the spool's gain";
+        null_time: f64, "s; remembered time of the null offset, at the table's slope at null";
+        null_coupling: f64, "1; share of it in which a direction's gain looks like a null offset";
     }
 }
 // The core's struct has the same fields.

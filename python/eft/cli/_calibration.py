@@ -69,8 +69,19 @@ def save_calibration(path: Path, run: eft.TestRun) -> str | None:
         return "the test diverged"
     sections = run.rig.replace({"calibration": run.calibrations}).to_toml().split("\n\n")
     kept = [one.strip() for one in sections if one.lstrip("[").startswith("calibration]")]
-    write_text(path, "\n\n".join(kept) + "\n")
+    runs = [run] if len(kept) == 1 else [run.actuator(i) for i in range(len(kept))]
+    text = "\n\n".join(f"{_deviations(one)}\n{section}" for one, section in zip(runs, kept, strict=True))
+    write_text(path, text + "\n")
     return None
+
+
+def _deviations(run: eft.TestRun) -> str:
+    """The standard deviations as comments, because the learner that starts from the file finds its own."""
+    units = {"response_delay": " s", "velocity_delay": " s"}
+    lines = ["# Standard deviations at the end of the test:"]
+    for name in ("flow_gain", "valve_gain", "response_delay", "velocity_delay", "null_offset"):
+        lines.append(f"# {name} {getattr(run, f'{name}_deviation')[-1]:.2g}{units.get(name, '')}")
+    return "\n".join(lines)
 
 
 def _check_adaptive(option: str, path: Path, plan: TestPlan) -> None:

@@ -49,7 +49,7 @@ WRONG = {
     "calibration of another version": (
         [*SWEEP, *CORRECTED, "--calibration", "old.toml"],
         {"old.toml": "[calibration]\nversion = 2\n"},
-        ["old.toml, line 2", "calibration.version = 2", "must be 3"],
+        ["old.toml, line 2", "calibration.version = 2", "must be 4: repeat the test"],
     ),
     "rig to save over the test": (
         ["run", "test.toml", *CORRECTED, "--save-rig", "./test.toml"],

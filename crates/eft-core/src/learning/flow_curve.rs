@@ -14,8 +14,11 @@
 //! The inverse of the curve is estimated. Its nodes are at demanded flows, so a tick finds its piece by one multiplication.
 
 mod known;
+mod start;
 #[cfg(test)]
 mod tests;
+
+pub(super) use start::{Known, Memory};
 
 use crate::compensation::{CurveGrid, NODES, node_below};
 use crate::integrity::integrity;
@@ -97,7 +100,7 @@ pub(crate) struct CurveEvidence<T> {
     squares: T,
     /// Sum of instrument times departures, and the mean departure as a share of the flow (1).
     instrument_departures: T,
-    common: T,
+    pub(super) common: T,
     /// Sums over the memory of the flow gain, of the instrument times what straightening adds by the departures, and of the
     /// squared instrument.
     recent_departures: T,

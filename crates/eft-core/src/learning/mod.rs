@@ -23,5 +23,5 @@ pub(crate) use configuration::{LOWEST_RATE, window_ticks};
 pub(crate) use flow_model::{FlowModel, ModelFlow};
 pub use guard::tuning as guard_tuning;
 pub use learner::{Learner, LearnerState};
-pub use saved::{SavedCalibration, SavedCurve};
+pub use saved::{SavedCalibration, SavedCurve, SavedDistances, SavedEvidence};
 pub use window::{Moment, Sums, Window};

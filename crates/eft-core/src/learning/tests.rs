@@ -8,6 +8,7 @@ mod flows;
 mod known_noise;
 mod least_squares;
 mod nodes;
+mod restart;
 mod saved;
 mod times;
 mod valves;

@@ -65,6 +65,3 @@ pub(crate) const CURVE_CORRELATION: f64 = 0.12;
 pub(crate) const DISTURBANCE: f64 = 2.0;
 /// Drift of a node over its own flow (1/√s of motion in the adjacent pieces).
 pub(crate) const CURVE_DRIFT: f64 = 0.016;
-
-/// Number of bisections after which an interval is exhausted in double precision.
-pub(super) const BISECTIONS: u32 = 60;

@@ -85,7 +85,7 @@ fn the_saved_values_are_those_of_the_last_calibration() {
     let (last, saved) = learned();
     assert_eq!((saved.version, saved.flow_gain), (SavedCalibration::VERSION, last.flow_gain));
     assert_eq!((saved.valve_gain, saved.response_delay), (last.valve_gain, last.response_delay));
-    assert_eq!((saved.velocity_delay, saved.deviations), (last.velocity_delay, last.deviations));
+    assert_eq!((saved.velocity_delay, saved.null_offset), (last.velocity_delay, last.null_offset));
     assert!(saved.excitation > 1e-3 && (-0.025..-0.01).contains(&saved.curve.asymmetry), "{saved:?}");
     assert!((1e-4..0.02).contains(&saved.curve.asymmetry_deviation), "{saved:?}");
     assert!((saved.flow_gain - 1.06).abs() < 0.01, "{saved:?}");
@@ -111,7 +111,7 @@ fn the_deviation_of_the_flow_gain_has_the_departures_share() {
     alone.swing(5.0, false);
     let alone = alone.saved();
     assert_eq!(alone.curve.flow_gain_share.to_bits(), 0);
-    assert!(error(alone.flow_gain) < 1e-3 && alone.deviations.flow_gain < 1e-3, "{alone:?}");
+    assert!(error(alone.flow_gain) < 1e-3, "{alone:?}");
 }
 
 #[test]
@@ -154,19 +154,20 @@ fn a_learner_continues_from_its_calibration() {
     ] {
         assert!(close(one, other, 1e-12), "{one}, {other}");
     }
-    let Deviations { flow_gain, valve_gain, response_delay, velocity_delay, null_offset } = again.deviations;
-    let before = saved.deviations;
+    let before = unbroken.learner.first_calibration(&unbroken.memory).deviations;
+    let Deviations { flow_gain, valve_gain, response_delay, velocity_delay, null_offset } =
+        bench.learner.first_calibration(&bench.memory).deviations;
     for (one, other) in [
         (flow_gain, before.flow_gain),
         (valve_gain, before.valve_gain),
         (response_delay, before.response_delay),
         (velocity_delay, before.velocity_delay),
         (null_offset, before.null_offset),
-        // A share beyond the deviation, by a flow gain that is still on its way, is reduced to it.
         (again.curve.flow_gain_share, saved.curve.flow_gain_share),
         (again.curve.error, saved.curve.error),
         (again.curve.asymmetry_deviation, saved.curve.asymmetry_deviation),
     ] {
+        // Each deviation is of this window or of the one before.
         assert!(close(one, other, 1e-2), "{one}, {other}");
     }
     let nodes = saved.curve.departures.iter().zip(&again.curve.departures);
@@ -174,13 +175,13 @@ fn a_learner_continues_from_its_calibration() {
     // The next test has the estimates of a learner that never stopped.
     let stayed = unbroken.swing(3.0, false);
     for (now, then) in bench.swing(3.0, false).iter().zip(&stayed) {
-        assert!((now.flow_gain - then.flow_gain).abs() < 5e-3, "{now:?} {then:?}");
-        assert!((now.valve_gain - then.valve_gain).abs() < 1e-3, "{now:?} {then:?}");
+        assert!((now.flow_gain - then.flow_gain).abs() < 1e-3, "{now:?} {then:?}");
+        assert!((now.valve_gain - then.valve_gain).abs() < 5e-4, "{now:?} {then:?}");
         assert!((now.response_delay - then.response_delay).abs() < 1e-4, "{now:?} {then:?}");
-        assert!((now.velocity_delay - then.velocity_delay).abs() < 2e-4, "{now:?} {then:?}");
+        assert!((now.velocity_delay - then.velocity_delay).abs() < 1e-4, "{now:?} {then:?}");
         for opening in [-0.25, 0.25] {
             let [now, then] = [now, then].map(|c| bench.learner.found_flow(c, opening));
-            assert!(close(now, then, 0.01), "{opening}: {now} {then}");
+            assert!(close(now, then, 2e-3), "{opening}: {now} {then}");
         }
     }
 }
@@ -191,13 +192,14 @@ fn single_precision_starts_from_what_double_saved_and_another_rate_too() {
     let single = Learner::<f32, 21>::new(&BESIDE).unwrap();
     let again = single.saved(&single.start_from(&saved).unwrap());
     assert!(close(again.flow_gain, saved.flow_gain, 1e-6), "{again:?}");
-    assert!(close(again.deviations.velocity_delay, saved.deviations.velocity_delay, 1e-2), "{again:?}");
+    assert!(close(again.evidence.flow_error, saved.evidence.flow_error, 1e-6), "{again:?}");
     // A value on a bound in one precision is not beyond it in the other.
     let bound = SavedCalibration { flow_gain: f64::from(1.35_f32), ..again };
     let double = Learner::<f64, 21>::new(&Parameters { sample_rate: 1024.0, ..BESIDE }).unwrap();
     let again = double.saved(&double.start_from(&bound).unwrap());
     assert!(close(again.flow_gain, 1.35, 1e-6), "{again:?}");
-    assert!(close(again.deviations.response_delay, saved.deviations.response_delay, 1e-2), "{again:?}");
+    let [now, then] = [again, saved].map(|saved| saved.evidence.mean_square_frequency);
+    assert!(close(now, then, 1e-6), "{again:?}");
 }
 
 #[test]
@@ -226,7 +228,7 @@ fn a_rejection_returns_to_the_start() {
 fn data_without_evidence_give_a_learner_at_rest() {
     let learner = Learner::<f64, 21>::new(&BESIDE).unwrap();
     let nothing = learner.saved(&learner.at_rest());
-    assert!(nothing.excitation == 0.0 && nothing.deviations.flow_gain.is_infinite());
+    assert!(nothing.excitation == 0.0 && nothing.evidence.time == 0.0, "{nothing:?}");
     assert_eq!(learner.start_from(&nothing), Ok(learner.at_rest()));
     // A learner without estimates does not use it.
     let guard = Learning { guard: true, ..Learning::OFF };
@@ -251,13 +253,33 @@ fn impossible_data_are_refused_by_name() {
     refuses("calibration.response_delay", |s| s.response_delay = 0.0);
     refuses("calibration.velocity_delay", |s| s.velocity_delay = 0.1);
     refuses("calibration.null_offset", |s| s.null_offset = -0.051);
-    refuses("calibration.deviations", |s| s.deviations.null_offset = 0.0);
-    refuses("calibration.deviations", |s| s.deviations.valve_gain = 0.0);
-    refuses("calibration.deviations", |s| s.deviations.velocity_delay = f64::NAN);
+    refuses("calibration.evidence.time", |s| s.evidence.time = 0.0);
+    refuses("calibration.evidence.mean_weight", |s| s.evidence.mean_weight = 1.01);
+    refuses("calibration.evidence.mean_square_frequency", |s| s.evidence.mean_square_frequency = -1.0);
+    refuses("calibration.evidence.growth", |s| {
+        s.evidence.growth = 1.01 * s.evidence.mean_square_frequency.sqrt();
+    });
+    refuses("calibration.evidence.flow", |s| s.evidence.flow = -1e-3);
+    refuses("calibration.evidence.flow_rate", |s| s.evidence.flow_rate = f64::NAN);
+    refuses("calibration.evidence.rate_flow", |s| s.evidence.rate_flow = f64::INFINITY);
+    refuses("calibration.evidence.rate_flow_rate", |s| s.evidence.rate_flow_rate = -1.0);
+    refuses("calibration.evidence.compressed_flow", |s| s.evidence.compressed_flow = -1e-3);
+    refuses("calibration.evidence.flow_error", |s| s.evidence.flow_error = -1e-3);
+    refuses("calibration.evidence.spool_error", |s| s.evidence.spool_error = 1001.0);
+    refuses("calibration.evidence.distances.flow_gain", |s| s.evidence.distances.flow_gain = f64::NAN);
+    refuses("calibration.evidence.distances.valve_gain", |s| s.evidence.distances.valve_gain = 2e6);
+    refuses("calibration.evidence.distances.response_delay", |s| s.evidence.distances.response_delay = 2e6);
+    refuses("calibration.evidence.distances.velocity_delay", |s| s.evidence.distances.velocity_delay = -2e6);
+    refuses("calibration.evidence.distances.null_offset", |s| s.evidence.distances.null_offset = f64::NAN);
     refuses("calibration.asymmetry", |s| s.curve.asymmetry = -0.31);
     refuses("calibration.asymmetry_deviation", |s| s.curve.asymmetry_deviation = 0.0);
     refuses("calibration.curve_error", |s| s.curve.error = 0.0);
     refuses("calibration.flow_gain_share", |s| s.curve.flow_gain_share = -0.21);
+    refuses("calibration.mean_departure", |s| s.curve.mean_departure = 1.01);
+    refuses("calibration.curve_time", |s| s.curve.time = 4.1);
+    refuses("calibration.sensor_offset", |s| s.curve.sensor_offset = f64::NAN);
+    refuses("calibration.null_time", |s| s.curve.null_time = -1.0);
+    refuses("calibration.null_coupling", |s| s.curve.null_coupling = 1.01);
     refuses("calibration.departures", |s| s.curve.departures[7] = f64::NAN);
     refuses("calibration.departures", |s| s.curve.departures[8] = 1e-6);
     refuses("calibration.departure_deviations", |s| s.curve.departure_deviations[2] = -1e-6);

@@ -164,7 +164,7 @@ macro_rules! precision {
                     }
                     saved.version += 1;
                     let refused = $start(&*learner, &*saved, &mut *learned, &mut *why);
-                    assert_eq!((refused, why.value, why.highest), (EFT_OUT_OF_RANGE, 4.0, 3.0));
+                    assert_eq!((refused, why.value, why.highest), (EFT_OUT_OF_RANGE, 5.0, 4.0));
                     for opening in [-2.0, -0.3, 0.0, 0.1] {
                         let mut flow = 0.0;
                         assert_eq!($flow(&*learner, &*calibration, opening, &mut flow), EFT_OK);

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use eft_core::Short;
 use toml::{Table, Value};
 
-use super::calibrations::CALIBRATION;
+use super::calibrations::{CALIBRATION, VERSION};
 use super::quantity::{quantity, units_of};
 use super::schema::{Key, Kind, Need, PLANT};
 use super::{KEYS, tree};
@@ -51,6 +51,7 @@ static NEEDS: LazyLock<Vec<(&str, &str)>> = LazyLock::new(|| {
 
 /// Checks every name and value against the schema, those under `truth` as well.
 pub(super) fn accepted(given: &Table) -> Result<Table> {
+    check_version(given)?;
     let mut accepted = Table::new();
     for (key, value) in tree::leaves(given) {
         match tree::row(&key) {
@@ -256,6 +257,15 @@ fn increasing(key: &str, values: &[f64]) -> Result<()> {
 fn list(whole: &Table, key: &str) -> Vec<f64> {
     let items = tree::get(whole, key).and_then(Value::as_array);
     items.map(|items| items.iter().filter_map(Value::as_float).collect()).unwrap_or_default()
+}
+
+/// Refuses a calibration of another version before its keys, which differ.
+fn check_version(given: &Table) -> Result<()> {
+    const KEY: &str = "calibration.version";
+    let version = tree::get(given, KEY).and_then(Value::as_integer).unwrap_or(VERSION);
+    let allowed =
+        format!("must be {VERSION}: repeat the test to save its calibration again, or leave out the section");
+    checks::require(version == VERSION, KEY, version, allowed)
 }
 
 /// A list of whole sections, each checked as the only one.

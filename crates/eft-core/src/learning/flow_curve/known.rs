@@ -1,17 +1,16 @@
-//! What is known of asymmetry, null offset and departures: their standard deviations, and sums that give known values.
+//! What is known of asymmetry, null offset and departures: their standard deviations.
 
-use super::{CurveEvidence, CurveState, Direction, FIRST_ERRORS, FlowCurve, GAIN_DEVIATION, NULL_DEVIATION};
+use super::{CurveEvidence, CurveState, FlowCurve, GAIN_DEVIATION};
 use crate::compensation::NODES;
 use crate::learning::curve_nodes::{DEPARTURE, NODE_DEVIATION, node_variance};
 use crate::learning::least_squares::BOUNDED;
-use crate::learning::tuning::BISECTIONS;
 use crate::number::Real;
 
 impl<T: Real> FlowCurve<T> {
     /// Standard deviation of the asymmetry (1): half of the difference of two gains.
     pub(in crate::learning) fn asymmetry_deviation(&self, evidence: &CurveEvidence<T>) -> T {
         let variance = self.variance(evidence);
-        let belief = variance * T::splat(1.0 / (GAIN_DEVIATION * GAIN_DEVIATION));
+        let belief = belief_in(variance, GAIN_DEVIATION);
         let [back, forth] = evidence.directions.each_ref().map(|d| variance / (d.flows + belief));
         T::splat(0.5) * (back + forth).sqrt()
     }
@@ -32,17 +31,15 @@ impl<T: Real> FlowCurve<T> {
         })
     }
 
-    /// The filters' variances that give these `stated` ones. The bend has at most the share `most` (1) of one.
+    /// The filters' variances that give these `stated` ones.
     pub(in crate::learning) fn filter_variances(
         &self,
         stated: &[T; NODES],
         departures: &[T; NODES],
-        most: T,
     ) -> [T; NODES] {
         core::array::from_fn(|node| {
             let all = stated.get(node).copied().unwrap_or_default();
-            let (bend, most) = (bend(departures, node), most * all);
-            self.filtered(all - if bend < most { bend } else { most }, node_variance(node))
+            self.filtered(excess(all, bend(departures, node)), node_variance(node))
         })
     }
 
@@ -88,60 +85,16 @@ impl<T: Real> FlowCurve<T> {
         let all = self.average * sums;
         if all > slope * slope { slope * slope / all } else { T::splat(1.0) }
     }
+}
 
-    /// Sets the sums that give these values: the mean square of the errors (squared steps), an asymmetry (1) with its
-    /// standard deviation (1), and a null offset (1) with its variance, at a flow gain (1). `gain_change` is the
-    /// relative change (1) of the spool's gain during a test, and `slope` the table's (m³/s per unit opening).
-    pub(in crate::learning) fn set_known(
-        &self,
-        (state, evidence): (&mut CurveState<T>, &mut CurveEvidence<T>),
-        square: T,
-        [asymmetry, deviation]: [T; 2],
-        [null, null_variance, gain_change]: [T; 3],
-        [flow_gain, slope]: [T; 2],
-    ) {
-        let ([first, windows], one) = (FIRST_ERRORS, T::splat(1.0));
-        evidence.windows = one / self.average;
-        let sum = square * (evidence.windows + T::splat(windows)) - T::splat(first * windows);
-        evidence.squares = if sum > T::splat(0.0) { sum } else { T::splat(0.0) };
-        let variance = self.variance(evidence);
-        let excess = |all: T, belief: T| if all > belief { all - belief } else { T::splat(0.0) };
-        let belief = variance * T::splat(1.0 / (GAIN_DEVIATION * GAIN_DEVIATION));
-        let flows = excess(T::splat(0.5) * variance / (deviation * deviation), belief);
-        (evidence.asymmetry, evidence.null) = (asymmetry, null);
-        // The sums of the slopes, half of them in either direction. Their noise and the late gain give the variance.
-        let half = T::splat(0.5);
-        let belief_in_null = variance * T::splat(1.0 / (NULL_DEVIATION * NULL_DEVIATION));
-        let slopes = |noise: T| excess(variance / noise, belief_in_null);
-        let (mut low, mut high) = (T::splat(0.0), null_variance);
-        for _ in 0..BISECTIONS {
-            let noise = half * (low + high);
-            let late = (null + self.known_null) * gain_change * self.lag_share(slopes(noise), slope);
-            if noise + late * late < null_variance { low = noise } else { high = noise }
-        }
-        let (noise, slopes) = (high, slopes(high));
-        let (slopes, slope_errors) = (half * slopes, half * (slopes + belief_in_null) * null);
-        (state.offset, state.variance) = (null, noise);
-        let of = |gain: T| {
-            let flow_errors = (flows + belief) * (gain / flow_gain - one);
-            Direction { flows, flow_errors, slopes, slope_errors, ..Direction::default() }
-        };
-        evidence.directions = [of(one - asymmetry), of(one + asymmetry)];
-    }
+/// Weight of a prior with this standard deviation, at this variance of the errors.
+pub(super) fn belief_in<T: Real>(variance: T, deviation: f64) -> T {
+    variance * T::splat(1.0 / (deviation * deviation))
+}
 
-    /// Sets the sums that give this share of the flow gain (1), from the sum of the squared openings (1) and the table's
-    /// slope (m³/s per unit opening).
-    pub(in crate::learning) fn set_share(
-        &self,
-        evidence: &mut CurveEvidence<T>,
-        share: T,
-        openings: T,
-        slope: T,
-    ) {
-        let slope = slope * self.grid.per_flow;
-        evidence.recent_flows = openings * slope * slope;
-        evidence.recent_departures = share * evidence.recent_flows;
-    }
+/// What `all` is more than a part; at least 0.
+pub(super) fn excess<T: Real>(all: T, part: T) -> T {
+    if all > part { all - part } else { T::splat(0.0) }
 }
 
 /// Variance (squared steps) of the error by the curve's bend beside a node. With a given second difference of the nodes a

@@ -2,7 +2,8 @@
 //! found.
 
 use super::*;
-use crate::compensation::{Calibration, Deviations};
+use crate::compensation::Calibration;
+use crate::learning::saved::{SavedDistances, SavedEvidence};
 use crate::learning::window::Window;
 
 /// A small generator of random numbers.
@@ -143,16 +144,37 @@ fn no_saved_calibration_publishes_a_network_that_is_not_finite() {
         let Ok(learner) = Learner::<f32, 21>::new(&p) else { continue };
         for _ in 0..20 {
             let mut saved = learner.saved(&learner.at_rest());
-            saved.excitation = random.factor(1e-30, 1e12);
-            saved.deviations = Deviations {
-                flow_gain: random.factor(1e-18, 1e12),
-                valve_gain: random.factor(1e-18, 1e12),
-                response_delay: random.factor(1e-18, 1e12),
-                velocity_delay: random.factor(1e-18, 1e12),
-                null_offset: random.factor(1e-18, 1e12),
+            saved.excitation = random.factor(1e-30, 1e6);
+            let mut signed =
+                |most: f64| random.factor(1e-30, most) * if random.next() < 0.5 { -1.0 } else { 1.0 };
+            let fastest = libm::sqrt(signed(1e12).abs());
+            saved.evidence = SavedEvidence {
+                time: libm::sqrt(signed(1e12).abs()),
+                mean_weight: signed(1.0).abs(),
+                mean_square_frequency: fastest * fastest,
+                growth: fastest * signed(1.0),
+                flow: signed(1e3).abs(),
+                flow_rate: signed(1e9),
+                rate_flow: signed(1e9),
+                rate_flow_rate: signed(1e9).abs(),
+                compressed_flow: signed(1e3).abs(),
+                flow_error: signed(1e3).abs(),
+                spool_error: signed(1e3).abs(),
+                distances: SavedDistances {
+                    flow_gain: signed(1e6),
+                    valve_gain: signed(1e6),
+                    response_delay: signed(1e6),
+                    velocity_delay: signed(1e6),
+                    null_offset: signed(1e6),
+                },
             };
-            saved.curve.asymmetry_deviation = random.factor(1e-18, 1e12);
-            saved.curve.error = random.factor(1e-18, 1e12);
+            let curve = &mut saved.curve;
+            curve.sensor_offset = signed(1e3);
+            (curve.mean_departure, curve.flow_gain_share) = (signed(1.0), 0.2 * signed(1.0));
+            (curve.null_time, curve.null_coupling) = (signed(1e6).abs(), signed(1.0).abs());
+            curve.time = signed(4.0).abs();
+            curve.asymmetry_deviation = random.factor(1e-9, 1e6);
+            curve.error = random.factor(1e-18, 1e3);
             let between =
                 |[lowest, highest]: [f32; 2], at: f64| f64::from(lowest) + at * f64::from(highest - lowest);
             saved.flow_gain = between(learner.flow.priors.gain.bounds, random.next());
@@ -161,9 +183,14 @@ fn no_saved_calibration_publishes_a_network_that_is_not_finite() {
             saved.velocity_delay = between(learner.flow.priors.delay.bounds, random.next());
             let Ok(mut state) = learner.start_from(&saved) else { continue };
             accepted += 1;
+            let first = learner.first_calibration(&state);
             let Calibration { lead, .. } = learner.update(&mut state, &Window::<f32>::first(0));
             let finite = lead.pole().is_finite() && lead.rate().is_finite() && lead.gain().is_finite();
             assert!(finite && lead.gain() > 0.0, "{lead:?} {saved:?} {p:?}");
+            let d = &first.deviations;
+            for deviation in [d.flow_gain, d.valve_gain, d.response_delay, d.velocity_delay, d.null_offset] {
+                assert!(deviation >= 0.0, "{d:?} {saved:?} {p:?}");
+            }
         }
     }
     assert!(accepted > 1000, "{accepted}");

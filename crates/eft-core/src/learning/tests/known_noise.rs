@@ -1,13 +1,12 @@
-//! Standard deviations, saved calibrations and single updates for noise and errors that are given.
+//! Noise, systematic errors and single updates for errors that are given.
 
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use crate::channel::Channel;
-use crate::compensation::{Deviations, NODES, PIECES};
+use crate::compensation::{NODES, PIECES};
 use crate::learning::curve_nodes::CurveNodes;
 use crate::learning::deviation::attenuation;
 use crate::learning::least_squares::{Estimate, GainAndDelay};
-use crate::learning::saved::SavedCalibration;
 use crate::learning::{Learner, LearnerState};
 use crate::parameters::{Learning, Parameters, Realization};
 use crate::signals::Input;
@@ -22,91 +21,18 @@ fn learner() -> Learner<f64, 21> {
     Learner::<f64, 21>::new(&RIG).unwrap()
 }
 
-/// Standard deviations for noise of flow and spool (1). `share_square` (1) is the square of the share of
-/// leakage and oil in the flow.
-fn deviations(
-    learner: &Learner<f64, 21>,
-    share_square: f64,
-    [of_flow, of_spool]: [f64; 2],
-) -> Deviations<f64> {
-    let rest = learner.at_rest();
-    let systematic = learner.deviation.systematic(
-        share_square,
-        SQUARE,
-        &rest.flow,
-        &rest.valve.found,
-        learner.flow.priors.period,
-    );
-    let root = |noise: f64, systematic: f64| libm::sqrt(noise * noise + systematic);
-    let frequency = libm::sqrt(SQUARE);
-    Deviations {
-        flow_gain: root(of_flow, systematic.flow_gain),
-        valve_gain: of_spool,
-        response_delay: root(of_spool / frequency, systematic.response_delay),
-        velocity_delay: root(of_flow / frequency, systematic.velocity_delay),
-        null_offset: 0.01,
-    }
-}
-
-/// A learner's state that starts from such deviations and this null offset (1).
-fn started(learner: &Learner<f64, 21>, deviations: Deviations<f64>, null_offset: f64) -> LearnerState<f64> {
+/// A learner's state after much motion, with this null offset (1).
+fn started(learner: &Learner<f64, 21>, null_offset: f64) -> LearnerState<f64> {
     let mut saved = learner.saved(&learner.at_rest());
-    (saved.excitation, saved.deviations, saved.null_offset) = (1.0, deviations, null_offset);
-    (saved.curve.asymmetry_deviation, saved.curve.error) = (0.01, 1e-5);
-    learner.start_from(&SavedCalibration { ..saved }).unwrap()
-}
-
-/// The square of the share of leakage and oil in the flow, by the sums (1).
-fn share_square(state: &LearnerState<f64>) -> f64 {
-    learner().deviation.per_square_flow * state.evidence.compressed
+    (saved.excitation, saved.null_offset) = (1.0, null_offset);
+    let e = &mut saved.evidence;
+    (e.time, e.mean_weight, e.mean_square_frequency) = (1.0, 1.0, SQUARE);
+    (e.flow, e.rate_flow_rate) = (RIG.flow_gain, RIG.flow_gain * SQUARE);
+    learner.start_from(&saved).unwrap()
 }
 
 fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance * expected.abs(), "{what}: {found:e}, not {expected:e}");
-}
-
-#[test]
-fn a_started_learner_has_the_saved_deviations_and_their_systematic_parts() {
-    let expected = 0.1;
-    let given = deviations(&learner(), expected, [5e-3, 4e-3]);
-    let state = started(&learner(), given, 0.0);
-    near("systematic part", share_square(&state), expected, 1e-9);
-    for (what, found, expected) in [
-        ("flow gain", state.deviations.flow_gain, given.flow_gain),
-        ("valve gain", state.deviations.valve_gain, given.valve_gain),
-        ("response delay", state.deviations.response_delay, given.response_delay),
-        ("velocity delay", state.deviations.velocity_delay, given.velocity_delay),
-    ] {
-        near(what, found, expected, 0.02);
-    }
-    for Estimate { beyond, .. } in [state.flow.gain, state.flow.delay, state.valve.found.gain] {
-        assert_eq!(beyond.to_bits(), 0, "not beyond its bounds");
-    }
-}
-
-#[test]
-fn a_started_correction_has_the_saved_deviations() {
-    let learning = Learning { curve_correction: true, ..RIG.learning };
-    let learner = Learner::<f64, 21>::new(&Parameters { learning, ..RIG }).unwrap();
-    let mut saved = learner.saved(&learner.at_rest());
-    (saved.excitation, saved.deviations) = (1.0, deviations(&learner, 0.1, [5e-3, 4e-3]));
-    // The asymmetry's is about half that of a learner at rest, so the prior counts.
-    (saved.curve.asymmetry, saved.curve.asymmetry_deviation) = (0.05, 0.01);
-    (saved.curve.error, saved.deviations.null_offset) = (1e-5, 5e-3);
-    let again = learner.saved(&learner.start_from(&saved).unwrap());
-    near("asymmetry", again.curve.asymmetry, 0.05, 1e-9);
-    near("its deviation", again.curve.asymmetry_deviation, 0.01, 1e-6);
-    near("residual", again.curve.error, 1e-5, 1e-6);
-    near("null offset's deviation", again.deviations.null_offset, 5e-3, 1e-6);
-}
-
-#[test]
-fn a_fiftieth_of_a_variance_remains_noise() {
-    let all = 0.1;
-    let late = Learner::<f64, 21>::new(&Parameters { velocity_delay: 1e-3, ..RIG }).unwrap();
-    let state = started(&late, deviations(&late, all, [0.0, 4e-3]), 0.0);
-    near("systematic part", share_square(&state), 0.98 * all, 1e-6);
-    assert!(state.deviations.velocity_delay.is_finite() && state.deviations.flow_gain.is_finite());
 }
 
 #[test]
@@ -134,19 +60,6 @@ fn noise_at_the_motions_frequency_is_attenuated_by_taps_and_two_low_passes() {
         let amplitude = low_pass * (middle + 2.0 * ends * libm::cos(angle));
         let square = (angle / learner.gate.period) * (angle / learner.gate.period);
         near("amplitude", 1.0 / attenuation(square), amplitude, 0.02);
-    }
-}
-
-#[test]
-fn a_share_that_is_no_error_is_bounded() {
-    // The velocity is as late as the oil's flow, and nothing leaks: the deviations do not contain the share.
-    let p = Parameters { leakage: 0.0, velocity_delay: 0.5 / RIG.sample_rate, ..RIG };
-    let learner = Learner::<f64, 21>::new(&p).unwrap();
-    let given = deviations(&learner, 0.0, [5e-3, 4e-3]);
-    for flow_gain in [0.9 * given.flow_gain, given.flow_gain, 1.1 * given.flow_gain] {
-        let state = started(&learner, Deviations { flow_gain, ..given }, 0.0);
-        assert!((0.0..1.001).contains(&share_square(&state)), "{}", share_square(&state));
-        near("flow gain", state.deviations.flow_gain, flow_gain, 0.02);
     }
 }
 
@@ -264,8 +177,7 @@ fn a_known_null_offset_is_added_unless_the_force_loop_integrates() {
         let learning = Learning { curve_correction: true, ..RIG.learning };
         let rig = Parameters { integral_gain, realization, learning, ..RIG };
         let learner = Learner::<f64, 21>::new(&rig).unwrap();
-        let known = deviations(&learner, 0.1, [5e-3, 4e-3]);
-        let found = learner.calibration(&started(&learner, known, 0.01), 0, 0.0);
+        let found = learner.calibration(&started(&learner, 0.01), 0, 0.0);
         // The force loop turns 1 V of compensation into G_p·K_s of opening.
         let expected = if added { 0.01 / (rig.proportional_gain * rig.valve_gain) } else { 0.0 };
         near("null offset", found.null_offset, 0.01, 1e-12);
@@ -280,8 +192,7 @@ fn a_saved_null_offset_is_from_the_valves_own_null() {
     let rig = Parameters { null_bias: 0.03, learning, ..RIG };
     let learner = Learner::<f64, 21>::new(&rig).unwrap();
     near("at rest", learner.saved(&learner.at_rest()).null_offset, 0.03, 1e-12);
-    let known = deviations(&learner, 0.1, [5e-3, 4e-3]);
-    let state = started(&learner, known, -0.01);
+    let state = started(&learner, -0.01);
     let found = learner.calibration(&state, 0, 0.0);
     near("null offset", found.null_offset, -0.01, 1e-12);
     near("null signal", found.null_signal, -0.01 / (rig.proportional_gain * rig.valve_gain), 1e-12);

@@ -114,7 +114,11 @@ fn messages_name_the_wrong_value_and_the_allowed_ones() {
         ("compensation.feedforward", 1.into(), "compensation.feedforward = 1: must be true or false"),
         ("sensors.seed", (-1).into(), "sensors.seed = -1: must be a whole number of at least 0"),
         ("name", 1.into(), "name = 1: must be a string"),
-        ("calibration.version", 2.into(), "calibration.version = 2: must be 3"),
+        (
+            "calibration.version",
+            3.into(),
+            "calibration.version = 3: must be 4: repeat the test to save its calibration again, or leave out the",
+        ),
         (
             "sensors.force.bits",
             16.into(),

@@ -1,7 +1,5 @@
 //! Tests of exported and refused rigs.
 
-use eft_core::Deviations;
-
 use crate::config::{KEYS, Key, Kind};
 
 use super::*;
@@ -106,16 +104,7 @@ fn a_saved_calibration_is_refused() {
     let rig = RigConfig::zhao2005().replace(&[("compensation.adaptive", true.into())]).unwrap();
     let learner =
         <f32 as Precision>::learner(&parameters(&rig, rig.controller.sample_rate).unwrap()).unwrap();
-    let mut calibration = learner.saved(&learner.at_rest());
-    // A learner at rest knows no deviations.
-    calibration.deviations = Deviations {
-        flow_gain: 1e-3,
-        valve_gain: 1e-3,
-        response_delay: 1e-4,
-        velocity_delay: 1e-4,
-        null_offset: 1e-4,
-    };
-    (calibration.curve.asymmetry_deviation, calibration.curve.error) = (1e-3, 1e-6);
+    let calibration = learner.saved(&learner.at_rest());
     let saved = rig.with(|rig| rig.calibration = calibration.into()).unwrap();
     for target in [Target::Rust, Target::C] {
         let refusal = export(&saved, Some("rig"), target).unwrap_err().to_string();
