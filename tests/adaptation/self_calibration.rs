@@ -154,8 +154,8 @@ fn a_correct_calibration_is_kept() {
     }
 }
 
-// The true spool's gain is 0.1001 per V. Near 10 Hz the valve of second order passes some percent more than a model with
-// gain and delay.
+// The true spool's gain is 0.1001 per V. Near 10 Hz the valve of second order passes some percent more than a model
+// with gain and delay.
 #[test]
 fn a_wrong_valve_gain_is_found() {
     for configured in [0.082, 0.09, 0.11, 0.12] {

@@ -1,5 +1,5 @@
-//! Sensors that fail for a short time, with one flow gain and with the flow curve corrected. The estimates must return to
-//! their earlier values soon afterwards.
+//! Sensors that fail for a short time, with one flow gain and with the flow curve corrected. The estimates must return
+//! to their earlier values soon afterwards.
 
 use eft::core::status;
 use eft::sim::excitation::Command;
@@ -13,8 +13,8 @@ fn sweep_until(amplitude: f64, end: f64) -> Command {
     Command { values, sample_rate: RATE }
 }
 
-// The controller has one sensor per signal, so it cannot compensate during the fault. The estimates must stay near their
-// values, and the test must continue.
+// The controller has one sensor per signal, so it cannot compensate during the fault. The estimates must stay near
+// their values, and the test must continue.
 #[test]
 fn a_failed_sensor_hardly_changes_the_estimates() {
     for (signal, kinds, duration) in [

@@ -10,8 +10,8 @@ use eft::sim::metrics::fft_ratio;
 use crate::results::keep;
 use crate::rigs::*;
 
-/// Least and largest force over command of a sweep, with a tone of a frequency (Hz) on the readings of velocity (m/s) and
-/// spool (1).
+/// Least and largest force over command of a sweep, with a tone of a frequency (Hz) on the readings of velocity (m/s)
+/// and spool (1).
 fn with_a_tone(curve: bool, amplitude: f64, frequency: f64, [velocity, spool]: [f64; 2]) -> (f64, f64) {
     let digital = vec![set("controller.realization", "digital")];
     let (rig, sweep) = (correcting(curve, &[digital, noise(1)].concat()), sweep(amplitude));

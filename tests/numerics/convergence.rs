@@ -51,7 +51,8 @@ fn halving_the_step_lowers_the_error() {
             let errors = [2048.0, 4096.0, 8192.0]
                 .map(|rate| distance(&force(&rig, sample_rate, 1.0 / rate, *method), &converged));
             for pair in errors.windows(2) {
-                // The error of smooth parts falls by 8 and by 16. Steps over a kink limit the order of the largest error.
+                // The error of smooth parts falls by 8 and by 16. Steps over a kink limit the order of the largest
+                // error.
                 assert!(pair[1] < pair[0] / factor, "{name}, {method:?}: {errors:?}");
             }
         }

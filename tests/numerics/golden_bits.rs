@@ -1,5 +1,5 @@
-//! The golden bits of `firmware/golden/bits.txt` on this machine, from the rig files through the simulator's constructors.
-//! Processors, C and Python are compared with the same file.
+//! The golden bits of `firmware/golden/bits.txt` on this machine, from the rig files through the simulator's
+//! constructors. Processors, C and Python are compared with the same file.
 
 use eft::core::{Compensation, Input, Parameters, Realization, status};
 use eft_sim::RigConfig;

@@ -68,8 +68,8 @@ fn worst_error(rig: &RigConfig, tones: &[f64]) -> (f64, String) {
     worst
 }
 
-/// A symmetric flow table from the negative half of Table 2. With the kink at the origin, even harmonics of one tone would
-/// coincide with other tones.
+/// A symmetric flow table from the negative half of Table 2. With the kink at the origin, even harmonics of one tone
+/// would coincide with other tones.
 fn symmetric(change: impl Fn(&mut RigValues)) -> RigConfig {
     let rig = RigConfig::zhao2005().with(|rig| {
         let flows = &mut rig.servovalve.flow_table.flows;
@@ -141,7 +141,8 @@ fn sampled_model_predicts_the_small_signal_response_to_50_hz() {
             rig.sensors.motion_at = MotionAt::Structure;
             rig.controller.proportional_gain = 0.4;
             rig.actuator.area_ratio = 1.3;
-            // The valve's curve cancels the effect of the unequal areas, because a kink at the origin has no linear model.
+            // The valve's curve cancels the effect of the unequal areas, because a kink at the origin has no linear
+            // model.
             let pulling = (2.0 / (1.0 + 1.3_f64.powi(3))).sqrt();
             for flow in &mut rig.servovalve.flow_table.flows {
                 *flow /= pulling * if *flow < 0.0 { 1.3_f64.sqrt() } else { 1.0 };

@@ -1,4 +1,5 @@
-//! The simulation compared with independent answers: smaller steps, closed forms, energy, linear models, other machines.
+//! The simulation compared with independent answers: smaller steps, closed forms, energy, linear models, other
+//! machines.
 #![allow(clippy::unwrap_used)]
 
 mod convergence;

@@ -100,8 +100,8 @@ pub(crate) fn seen(run: &TestRun, start: f64) -> Seen {
     }
 }
 
-/// A sine of 6 kN near the structure's resonance; faults come at a zero of force and displacement, at a peak of the force,
-/// and between.
+/// A sine of 6 kN near the structure's resonance; faults come at a zero of force and displacement, at a peak of the
+/// force, and between.
 fn sine() -> Command {
     sine_sweep(6000.0, 1.5, 1.5, 4.6, RATE).unwrap()
 }

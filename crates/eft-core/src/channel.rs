@@ -49,7 +49,10 @@ pub struct Channel<T: Real, const N: usize> {
     /// Whether it has none of the [`Parts`].
     plain: bool,
 }
-integrity!(Channel<T, N>: controller, velocity, protection, plausibility, stuck, gap_ticks, learns, window_ticks, age_limit, realization, looks_ahead, plain);
+integrity!(
+    Channel<T, N>: controller, velocity, protection, plausibility, stuck, gap_ticks, learns, window_ticks, age_limit,
+    realization, looks_ahead, plain
+);
 
 /// The optional parts of a channel, apart from controller and learner.
 #[derive(Clone, Copy)]
@@ -141,10 +144,10 @@ impl<T: Real, const N: usize> Channel<T, N> {
     ///
     /// # NaN
     /// An invalid supply pressure is replaced by the last valid one, and [`status::STUCK_MEASUREMENT`] is raised. An
-    /// invalid next command is replaced likewise, and [`status::INVALID_COMMAND`] is raised if the channel looks ahead. With
-    /// another invalid measurement or an invalid command (not finite, or beyond its range) the last output is held, the
-    /// controller's state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised; the first
-    /// good tick recovers. After more than [`gap_time`](Parameters::gap_time) of such ticks it resumes at the
+    /// invalid next command is replaced likewise, and [`status::INVALID_COMMAND`] is raised if the channel looks ahead.
+    /// With another invalid measurement or an invalid command (not finite, or beyond its range) the last output is
+    /// held, the controller's state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised;
+    /// the first good tick recovers. After more than [`gap_time`](Parameters::gap_time) of such ticks it resumes at the
     /// new operating point. The change since the last good tick then does not count as that of one tick.
     ///
     /// # Cost

@@ -47,7 +47,10 @@ pub struct Controller<S: Scalar, const N: usize> {
     /// Overlap of the spool's lands.
     overlap: OverlapStep<S>,
 }
-integrity!(Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply, looks_ahead, gap, feeds_forward, realization, integral, overlap);
+integrity!(
+    Controller<T, N>: compensation, feedforward, friction, servovalve, limiter, per_supply_pressure, measures_supply,
+    looks_ahead, gap, feeds_forward, realization, integral, overlap
+);
 
 /// The tick resumes at the new operating point after this many lost samples, which last longer than the gap time.
 pub(crate) const fn gap(p: &Parameters) -> Result<u32, ConfigError> {
@@ -65,10 +68,10 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
     /// An invalid supply pressure (not finite, below 1/20 or beyond 4 times the configured one) is replaced by the last
     /// valid one, and [`status::STUCK_MEASUREMENT`] is raised. With another invalid measurement or an invalid command
     /// (not finite, or beyond [`LARGEST`]) the last valve command is held, the state stays and
-    /// [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the supply pressure continues, and
-    /// the feedforward with a valid command, so that the next one's rate is that of one tick. After more than
-    /// [`gap_time`](Parameters::gap_time) of such samples the next good one resumes at the new operating
-    /// point. The valve command stays within its rate.
+    /// [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised. Only the supply pressure continues,
+    /// and the feedforward with a valid command, so that the next one's rate is that of one tick. After more than
+    /// [`gap_time`](Parameters::gap_time) of such samples the next good one resumes at the new operating point. The
+    /// valve command stays within its rate.
     #[inline(always)]
     pub fn step(
         &self,

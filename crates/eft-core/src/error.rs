@@ -91,8 +91,8 @@ impl fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// A number (in any unit) in the usual notation, with powers of ten for very small and very large ones. Both forms are the
-/// shortest that read back to the same bits. For messages, not for a tick.
+/// A number (in any unit) in the usual notation, with powers of ten for very small and very large ones. Both forms are
+/// the shortest that read back to the same bits. For messages, not for a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Short(pub f64);
 

@@ -3,7 +3,8 @@
 use crate::learning::Window;
 use crate::number::Real;
 
-/// One tick's command and measurements. A signal that is not given is NaN. If the tick needs it, the tick raises a flag.
+/// One tick's command and measurements. A signal that is not given is NaN. If the tick needs it, the tick raises a
+/// flag.
 // The C header has the first paragraph of each comment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
@@ -26,8 +27,8 @@ pub struct Input<T> {
     pub supply_pressure: T,
     /// Force (N) that is to act at the next tick, for `look_ahead`.
     ///
-    /// It is the command of the next tick. If the command is played later because of a late load cell, it is that of the
-    /// next tick without this delay.
+    /// It is the command of the next tick. If the command is played later because of a late load cell, it is that of
+    /// the next tick without this delay.
     pub next_command: T,
     /// Valve command (V) of this sample, for learning with an analog controller.
     ///

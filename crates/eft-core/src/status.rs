@@ -73,8 +73,8 @@ pub fn cause(status: u32) -> Cause {
     Cause::NAMES.iter().find(|(cause, _)| *cause as u32 == number).map_or(Cause::None, |(cause, _)| *cause)
 }
 
-/// The names of a status's flags, and the cause of a trip: `command_limited tripped(force_level)`. For messages, not for
-/// a tick.
+/// The names of a status's flags, and the cause of a trip: `command_limited tripped(force_level)`. For messages, not
+/// for a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Words(pub u32);
 

@@ -10,8 +10,8 @@ use crate::macros::{data, functions, opaque};
 use crate::opaque::{give, given, made, make};
 use crate::parameters::{EFT_TABLE_CAPACITY, check, configure, eft_error, eft_parameters};
 
-/// A channel's state and the requests from other contexts. A trip and an end are final, so a request is never withdrawn.
-/// Loads and stores therefore lose none, without an atomic exchange.
+/// A channel's state and the requests from other contexts. A trip and an end are final, so a request is never
+/// withdrawn. Loads and stores therefore lose none, without an atomic exchange.
 pub struct Running<S> {
     /// Set after either of the others, so that a tick reads one byte.
     requested: AtomicU8,
@@ -140,8 +140,8 @@ functions! {
         configure(parameters, channel, why)
     }
 
-    /// Makes a configuration again and compares it with *channel. Returns EFT_CORRUPT if any number differs, for example
-    /// after a memory fault.
+    /// Makes a configuration again and compares it with *channel. Returns EFT_CORRUPT if any number differs, for
+    /// example after a memory fault.
     fn eft_check_f32 eft_check_f64(channel: *const eft_channel<T>, parameters: *const eft_parameters) {
         check(channel, parameters)
     }
@@ -157,8 +157,8 @@ functions! {
         give(word, (*made(state)?.state.get()).integrity())
     }
 
-    /// Makes the state of a rig at rest, with the nominal calibration and without trip or request. An estimated velocity
-    /// starts at zero from the first displacement.
+    /// Makes the state of a rig at rest, with the nominal calibration and without trip or request. An estimated
+    /// velocity starts at zero from the first displacement.
     fn eft_reset_f32 eft_reset_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         make(state, Running::new(made(channel)?.at_rest()))
     }
@@ -174,8 +174,9 @@ functions! {
         give(input, Input::default())
     }
 
-    /// Sets the state to that of a rig that has long been at this operating point, so that the valve command does not jump.
-    /// The calibration in use and the state of the protection do not change. An invalid input gives a rig at rest.
+    /// Sets the state to that of a rig that has long been at this operating point, so that the valve command does not
+    /// jump. The calibration in use and the state of the protection do not change. An invalid input gives a rig at
+    /// rest.
     fn eft_prime_f32 eft_prime_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const Input<T>) {
         let state = &mut *made(state)?.state.get();
         made(channel)?.prime(state, given(input)?);
@@ -185,14 +186,14 @@ functions! {
     /// One tick, in the interrupt. A null pointer, or a channel or state that was never made, is refused: the output is
     /// then 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last
     /// output and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. The last valid
-    /// supply pressure replaces an invalid one and raises EFT_STUCK_MEASUREMENT. The last valid next_command replaces an
-    /// invalid one and raises EFT_INVALID_COMMAND, if the rig looks ahead.
+    /// supply pressure replaces an invalid one and raises EFT_STUCK_MEASUREMENT. The last valid next_command replaces
+    /// an invalid one and raises EFT_INVALID_COMMAND, if the rig looks ahead.
     fn eft_step_f32 eft_step_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const Input<T>, output: *mut eft_output<T>) = {
         answer(output, step(channel, state, input, output))
     }
 
-    /// In place of a tick: repeats the last output and raises EFT_HELD. The state does not change. For several ticks call
-    /// eft_step with a measurement of NaN instead, so that nothing is learned from the gap. velocity and
+    /// In place of a tick: repeats the last output and raises EFT_HELD. The state does not change. For several ticks
+    /// call eft_step with a measurement of NaN instead, so that nothing is learned from the gap. velocity and
     /// permitted_command are NaN: an analog controller keeps its last command. Refused like eft_step.
     fn eft_hold_f32 eft_hold_f64(channel: *const eft_channel<T>, state: *const eft_state<T>, output: *mut eft_output<T>) {
         answer(output, hold(channel, state, output, 0))
@@ -203,8 +204,8 @@ functions! {
         answer(output, hold(channel, state, output, status::MISSED_TICK))
     }
 
-    /// Gives a calibration to the tick. The calibration from window k takes effect with the first tick of window k + 2. A
-    /// later one takes effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE.
+    /// Gives a calibration to the tick. The calibration from window k takes effect with the first tick of window k + 2.
+    /// A later one takes effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE.
     fn eft_publish_f32 eft_publish_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, calibration: *const eft_calibration<T>) {
         let state = &mut *made(state)?.state.get();
         made(channel)?.publish(state, made(calibration)?);
@@ -235,9 +236,10 @@ functions! {
         give(down, u8::from((*made(state)?.state.get()).is_down()))
     }
 
-    /// Continues a state under a new configuration of the same sample rate, without a jump. Call it after eft_take_channel for each state. The
-    /// calibration stays in use until the new learner publishes, unless the new configuration learns nothing.
-    /// It keeps 1/(G_p*K_s) of its own configuration, so change these gains at rest or while nothing is learned.
+    /// Continues a state under a new configuration of the same sample rate, without a jump. Call it after
+    /// eft_take_channel for each state. The calibration stays in use until the new learner publishes, unless the new
+    /// configuration learns nothing. It keeps 1/(G_p*K_s) of its own configuration, so change these gains at rest or
+    /// while nothing is learned.
     fn eft_take_over_f32 eft_take_over_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         made(channel)?.take_over(&mut *made(state)?.state.get());
         Ok(())

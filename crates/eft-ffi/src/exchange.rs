@@ -1,8 +1,8 @@
 //! A lock-free exchange between two contexts: two copies of an item, the number of offers, and the last offer taken.
 //!
-//! One context offers, another takes. Either may preempt the other at any instruction, on one core or on two. Only loads
-//! and stores are atomic, so that it runs on processors without atomic exchange. Every pointer is null or valid, as the
-//! interface requires.
+//! One context offers, another takes. Either may preempt the other at any instruction, on one core or on two. Only
+//! loads and stores are atomic, so that it runs on processors without atomic exchange. Every pointer is null or valid,
+//! as the interface requires.
 
 use core::ptr::null;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -69,8 +69,8 @@ functions! {
     fn eft_offer_channel_f32 eft_offer_channel_f64(to: *mut eft_exchange<eft_channel<T>>, item: *const eft_channel<T>) {
         offer(to, item)
     }
-    /// Offers output->window to the learner's task. Returns EFT_BUSY until the last one is taken. The learner counts the
-    /// samples of a window that was not offered as lost.
+    /// Offers output->window to the learner's task. Returns EFT_BUSY until the last one is taken. The learner counts
+    /// the samples of a window that was not offered as lost.
     fn eft_offer_window_f32 eft_offer_window_f64(to: *mut eft_exchange<eft_window<T>>, item: *const eft_window<T>) {
         offer(to, item)
     }
@@ -96,8 +96,8 @@ macro_rules! take {
     };
 }
 take! {
-    /// The offered configuration, or null if there is no new one. After eft_take_over the interrupt steps with it until it
-    /// takes the next one.
+    /// The offered configuration, or null if there is no new one. After eft_take_over the interrupt steps with it until
+    /// it takes the next one.
     eft_take_channel_f32 eft_take_channel_f64: eft_channel;
     /// The offered window, valid until the next one is taken; null if there is no new one.
     eft_take_window_f32 eft_take_window_f64: eft_window;

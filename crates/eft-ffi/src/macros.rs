@@ -31,8 +31,8 @@ macro_rules! opaque {
     )*};
 }
 
-/// Functions that return a code. Each has two names: the first for `T = f32`, the second for `T = f64`. A body behind `=`
-/// has no `?`.
+/// Functions that return a code. Each has two names: the first for `T = f32`, the second for `T = f64`. A body behind
+/// `=` has no `?`.
 macro_rules! functions {
     ($($(#[$doc:meta])* fn $single:ident $double:ident($($arguments:tt)*) $($body:block)? $(= $plain:block)?)*) => {$(
         crate::macros::function! { $(#[$doc])* $single f32 ($($body)? $(= $plain)?) [] $($arguments)* }

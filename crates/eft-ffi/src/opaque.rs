@@ -25,7 +25,8 @@ pub(crate) struct Marked<V> {
     value: V,
 }
 
-/// The memory of a value in an opaque struct, which may be uninitialized. The value is invalid until [`mark`] is called.
+/// The memory of a value in an opaque struct, which may be uninitialized. The value is invalid until [`mark`] is
+/// called.
 #[inline(always)]
 pub(crate) unsafe fn room<'a, O: Opaque>(place: *mut O) -> Result<&'a mut MaybeUninit<O::Value>, u8> {
     let marked = place.cast::<Marked<MaybeUninit<O::Value>>>();

@@ -7,8 +7,8 @@ use crate::model::{Part, SINGLE_PRECISION};
 use crate::variables::{Role, Type, Variable};
 
 /// Keys that are not parameters of an FMU.
-// The step is fixed, the importer realizes a computation delay and delays the command, and the inputs of a feedforward must be known
-// in advance.
+// The step is fixed, the importer realizes a computation delay and delays the command, and the inputs of a feedforward
+// must be known in advance.
 const FIXED: [&str; 5] = [
     "controller.sample_rate",
     "controller.force_delay",

@@ -115,8 +115,8 @@ pub(crate) fn identify_overlap(
     Ok([found.overlap, found.null_bias, back, forth].map(pair))
 }
 
-/// Return friction (N), compressibility (m³/Pa), flow factors of both directions and the velocity's delay (s), each with
-/// its uncertainty.
+/// Return friction (N), compressibility (m³/Pa), flow factors of both directions and the velocity's delay (s), each
+/// with its uncertainty.
 #[pyfunction]
 pub(crate) fn identify_friction(
     py: Python<'_>,

@@ -193,7 +193,8 @@ pub(crate) fn growth_until_learned(
     eft_sim::growth_until_learned(&rig.config, sample_rate).map_err(to_python)
 }
 
-/// Return the rig with the level to which a guard alone will have reduced it at a sample rate (Hz), or None if it does not act.
+/// Return the rig with the level to which a guard alone will have reduced it at a sample rate (Hz), or None if it does
+/// not act.
 #[pyfunction]
 pub(crate) fn guarded(
     rig: GivenRig,

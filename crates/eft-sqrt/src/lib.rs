@@ -25,8 +25,8 @@ mod unit {
 /// NaN for NaN and for negative numbers; −0 for −0.
 ///
 /// # Cost
-/// On ARM with a hardware float ABI one `vsqrt.f32`, if the compiler can prove that `x` is not negative (at opt-level 3),
-/// otherwise a call of it. On other targets `libm`.
+/// On ARM with a hardware float ABI one `vsqrt.f32`, if the compiler can prove that `x` is not negative (at opt-level
+/// 3), otherwise a call of it. On other targets `libm`.
 #[inline(always)]
 pub fn sqrtf(x: f32) -> f32 {
     #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]

@@ -15,8 +15,8 @@ use crate::status;
 use crate::velocity::{Velocity, VelocityState};
 
 impl<T: Real, const N: usize> Channel<T, N> {
-    /// A rig at rest with the valve at its known null, nothing learned yet. An estimated velocity starts at zero from the
-    /// first displacement.
+    /// A rig at rest with the valve at its known null, nothing learned yet. An estimated velocity starts at zero from
+    /// the first displacement.
     pub fn at_rest(&self) -> ChannelState<T> {
         self.at_rest_with(&self.controller.nominal())
     }
@@ -122,9 +122,9 @@ impl<T: Real, const N: usize> Channel<T, N> {
 
     /// Continues a state under another configuration of the same sample rate, without a bump. If this configuration
     /// learns nothing, its calibration is used at once. Otherwise the one in use stays until the new learner publishes.
-    /// The lead network of a learned calibration contains `1/(G_p·K_s)` of its own configuration. If this product changes,
-    /// the compensation is too large or too small by the ratio until then. Change these gains at rest, or while nothing
-    /// is learned.
+    /// The lead network of a learned calibration contains `1/(G_p·K_s)` of its own configuration. If this product
+    /// changes, the compensation is too large or too small by the ratio until then. Change these gains at rest, or
+    /// while nothing is learned.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
         if !self.learns {
             let ChannelState { controller, velocity, velocity_gap, protection, plausibility, stuck, .. } =

@@ -1,8 +1,9 @@
 //! Channels in lanes that learn: the tick of several rigs at once, with a learner for each lane.
 //!
-//! Controller and windows are the code that [`Channel`](crate::Channel) uses. Only their order is repeated here, without
-//! the optional parts. A channel has branches for its protection, its velocity estimate and its calibration. With one
-//! generic source every lane would run both sides of each branch, and the firmware's tick would consist of masks.
+//! Controller and windows are the code that [`Channel`](crate::Channel) uses. Only their order is repeated here,
+//! without the optional parts. A channel has branches for its protection, its velocity estimate and its calibration.
+//! With one generic source every lane would run both sides of each branch, and the firmware's tick would consist of
+//! masks.
 
 use crate::compensation::Calibration;
 use crate::controller::{Controller, ControllerInput, ControllerOutput, ControllerState};

@@ -38,7 +38,10 @@ pub struct ChannelState<T: Real> {
     pub(super) history: CalibrationHistory<T>,
     pub(super) stuck: StuckWatchState<T>,
 }
-integrity!(ChannelState<T>: calibrations, controller, velocity, protection, plausibility, velocity_gap, ticks_left, window, in_use, next, windows_left, history, stuck);
+integrity!(
+    ChannelState<T>: calibrations, controller, velocity, protection, plausibility, velocity_gap, ticks_left, window,
+    in_use, next, windows_left, history, stuck
+);
 
 /// One of two places, by the lowest bit. After a memory fault the number still is one of them.
 // A word wide, so that a tick copies it together with the flags.

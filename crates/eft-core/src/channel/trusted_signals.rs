@@ -12,7 +12,8 @@ use crate::signals::Input;
 use crate::status;
 use crate::velocity::Velocity;
 
-/// Share of the force loop's gains that is removed after a trip while the displacement's derivative replaces the velocity.
+/// Share of the force loop's gains that is removed after a trip while the displacement's derivative replaces the
+/// velocity.
 const GAIN_REDUCTION: f64 = 0.5;
 
 impl<T: Real, const N: usize> Channel<T, N> {
@@ -67,8 +68,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
             // What was learned while the sensor was wrong is discarded.
             state.history.restore();
             if (distrusts(FORCE) || loop_open) && !matches!(self.velocity, Velocity::Sensor) {
-                // The delay of an estimate depends on the motion's frequency, which changes when the loop opens. Too much
-                // lead makes a growing swing then, and too little a damped one.
+                // The delay of an estimate depends on the motion's frequency, which changes when the loop opens. Too
+                // much lead makes a growing swing then, and too little a damped one.
                 state.history.reduce_lead(&self.controller.nominal());
             }
         }
@@ -113,8 +114,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         trusted
     }
 
-    /// Lets the protection limit the command. After a trip it also replaces the velocity that is compensated for. Returns
-    /// the authority over the valve.
+    /// Lets the protection limit the command. After a trip it also replaces the velocity that is compensated for.
+    /// Returns the authority over the valve.
     #[inline(always)]
     pub(super) fn limit_command(
         &self,
@@ -198,8 +199,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
         if adds { calibration.null_offset - nominal.null_offset } else { T::splat(0.0) }
     }
 
-    /// The voltage (V) with an authority (1) over the valve. Without authority the valve stands where it passes no flow, as
-    /// far as the plausibility watch has found this opening.
+    /// The voltage (V) with an authority (1) over the valve. Without authority the valve stands where it passes no
+    /// flow, as far as the plausibility watch has found this opening.
     #[inline(always)]
     pub(super) fn closing(&self, state: &ChannelState<T>, voltage: T, authority: T) -> T {
         if !(authority < T::splat(1.0)) {

@@ -22,8 +22,8 @@ pub struct Calibration<S: Scalar> {
     pub per_flow_gain: S,
     /// The inverse of the estimated valve, with the guard's level in its gain.
     pub lead: LeadNetwork<S>,
-    /// Delay (s) of the measured spool after its command: that of the valve, half a sample of hold, and computation. It is that of
-    /// the lead network that undoes the valve best in the motion that was learned.
+    /// Delay (s) of the measured spool after its command: that of the valve, half a sample of hold, and computation. It
+    /// is that of the lead network that undoes the valve best in the motion that was learned.
     pub response_delay: S,
     /// Delay (s) of the measured velocity after the measured spool. The lead network compensates for both delays.
     pub velocity_delay: S,
@@ -43,7 +43,10 @@ pub struct Calibration<S: Scalar> {
     /// The flow table's correction, from the most negative flow up.
     pub curve: [CurvePiece<S>; PIECES],
 }
-integrity!(Calibration<T>: window, status, flow_gain, per_flow_gain, lead, response_delay, velocity_delay, valve_gain, null_offset, null_signal, level, deviations, test_ratio, curve);
+integrity!(
+    Calibration<T>: window, status, flow_gain, per_flow_gain, lead, response_delay, velocity_delay, valve_gain,
+    null_offset, null_signal, level, deviations, test_ratio, curve
+);
 
 /// Standard deviations of the estimates; infinite before anything is learned.
 ///

@@ -1,8 +1,8 @@
 //! Flow feedforward: the flow that the command needs in addition to the piston's.
 //!
 //! To hold the force `F_c` the actuator takes `A·ẋ + (K_a/A)·Ḟ_c + (C_l/A)·F_c`, Eq. (7) solved for the load flow. The
-//! paper demands the first term only and leaves the rest to the force error, which therefore never vanishes. The inverse
-//! is taken of the sum, because the flow curve is concave and two inverses do not add up.
+//! paper demands the first term only and leaves the rest to the force error, which therefore never vanishes. The
+//! inverse is taken of the sum, because the flow curve is concave and two inverses do not add up.
 
 use crate::error::{ConfigError, LARGEST, check, positive, within};
 use crate::integrity::integrity;
@@ -51,8 +51,8 @@ impl<S: Scalar> FeedforwardState<S> {
 
 impl<S: Scalar> Feedforward<S> {
     /// One sample: the flow (m³/s) that the force command (N) and the friction (N) of the seals need, their rate taken
-    /// from the last sample to this one. Without a friction the last one stays. If the command is known in advance, pass a later one. One sample ahead compensates for the delays of this
-    /// difference and of the hold of the output.
+    /// from the last sample to this one. Without a friction the last one stays. If the command is known in advance,
+    /// pass a later one. One sample ahead compensates for the delays of this difference and of the hold of the output.
     ///
     /// # NaN
     /// A command that is not finite, or beyond [`LARGEST`], counts as the last one: finite for every input.

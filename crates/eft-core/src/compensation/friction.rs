@@ -13,9 +13,9 @@ const LARGEST_FRICTION: f64 = 1.0e9;
 
 /// Coulomb friction with a slope at standstill, `F_f = F_c·sat(ẋ/v_0)`.
 ///
-/// Within `±v_0` its flow leads the piston's by `F_c·K_a/(A²·v_0)`, as an additional lead of the velocity, which amplifies
-/// the velocity's noise. `v_0` is [`Parameters::friction_velocity`], and larger where this lead would exceed half of the
-/// response delay and two samples.
+/// Within `±v_0` its flow leads the piston's by `F_c·K_a/(A²·v_0)`, as an additional lead of the velocity, which
+/// amplifies the velocity's noise. `v_0` is [`Parameters::friction_velocity`], and larger where this lead would exceed
+/// half of the response delay and two samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Friction<S> {
     /// `F_c` (N).
@@ -61,8 +61,8 @@ macro_rules! constructor {
             /// From the rig's parameters.
             ///
             /// # Errors
-            /// A friction that is negative, beyond 1e9 N or not finite; with a friction, a velocity, area, compressibility or sample
-            /// rate that is not positive.
+            /// A friction that is negative, beyond 1e9 N or not finite; with a friction, a velocity, area,
+            /// compressibility or sample rate that is not positive.
             pub(crate) const fn new(p: &Parameters) -> Result<Self, ConfigError> {
                 let force = check!(within("friction", p.friction, 0.0, LARGEST_FRICTION));
                 if force == 0.0 {

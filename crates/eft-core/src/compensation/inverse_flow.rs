@@ -11,7 +11,8 @@ use crate::table::PiecewiseLinear;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct InverseFlow<S: Scalar, const N: usize> {
-    /// From flow to required opening, level and stroke included. The table ends where the step over the overlap reaches the stroke.
+    /// From flow to required opening, level and stroke included. The table ends where the step over the overlap reaches
+    /// the stroke.
     table: PiecewiseLinear<S, N>,
     load_pressure: LoadPressure<S>,
     sign_from_demand: S::Mask,

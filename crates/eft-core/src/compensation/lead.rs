@@ -6,8 +6,8 @@ use crate::number::Scalar;
 
 /// `H(s) = gain · (T_ld·s + 1)/(α·T_ld·s + 1)`, `T_ld = T_d/(1 − α)`, discretised by Tustin.
 ///
-/// Written as `gain · (1 + washout)`. At rest the washout is zero for any coefficients. The DC gain is therefore exactly
-/// `gain`, and coefficients can change during the test without a bump.
+/// Written as `gain · (1 + washout)`. At rest the washout is zero for any coefficients. The DC gain is therefore
+/// exactly `gain`, and coefficients can change during the test without a bump.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]

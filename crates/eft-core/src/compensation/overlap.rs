@@ -1,5 +1,6 @@
-//! Overlap of the spool's lands. Within `±o` the valve passes no flow. A flow that needs the opening `y` of a valve without
-//! overlap needs `y + o·sgn(y)`. Compensation and force loop open the valve together, so `y` is the sum of both.
+//! Overlap of the spool's lands. Within `±o` the valve passes no flow. A flow that needs the opening `y` of a valve
+//! without overlap needs `y + o·sgn(y)`. Compensation and force loop open the valve together, so `y` is the sum of
+//! both.
 
 use crate::error::{ConfigError, check, positive, within};
 use crate::integrity::integrity;

@@ -27,7 +27,10 @@ pub struct Compensation<S: Scalar, const N: usize> {
     corrects: S::Mask,
     grid: CurveGrid<S>,
 }
-integrity!(Compensation<T, N>: inverse, lead, response_delay, velocity_to_flow, velocity_range, force_range, spool_range, spool_warning, null_bias, adds_null, corrects, grid);
+integrity!(
+    Compensation<T, N>: inverse, lead, response_delay, velocity_to_flow, velocity_range, force_range, spool_range,
+    spool_warning, null_bias, adds_null, corrects, grid
+);
 
 /// One sample's measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,8 +80,8 @@ impl<S: Scalar> CompensationState<S> {
         Self { lead, output }
     }
 
-    /// Where the mask is true, the state with this opening (1) as its last one: the opening then has the rate from before
-    /// a gap.
+    /// Where the mask is true, the state with this opening (1) as its last one: the opening then has the rate from
+    /// before a gap.
     #[inline(always)]
     pub(crate) fn resumed(&self, resumes: S::Mask, opening: S) -> Self {
         Self { lead: LeadState::select(resumes, self.lead.resumed(opening), self.lead), ..*self }

@@ -23,7 +23,10 @@ pub struct ControllerState<S: Scalar> {
     /// The low-passed opening (1) of a valve without overlap.
     pub(super) low_passed: S,
 }
-integrity!(ControllerState<T>: compensation, feedforward, servovalve, valve_command, refused_samples, integral, supply, low_passed);
+integrity!(
+    ControllerState<T>: compensation, feedforward, servovalve, valve_command, refused_samples, integral, supply,
+    low_passed
+);
 
 impl<S: Scalar> ControllerState<S> {
     /// The last valve command (V).

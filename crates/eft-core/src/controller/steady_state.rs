@@ -109,8 +109,8 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         }
     }
 
-    /// A share (1) of a valve command (V), and for the rest the command of a closed valve: that of the known null and an
-    /// opening (1) beyond it.
+    /// A share (1) of a valve command (V), and for the rest the command of a closed valve: that of the known null and
+    /// an opening (1) beyond it.
     #[inline(always)]
     pub(crate) fn closing(&self, valve_command: S, share: S, beyond: S) -> S {
         let closed = self.command_at_rest(self.compensation.null_signal_beyond(beyond), S::splat(0.0));

@@ -64,22 +64,22 @@ pub struct ProtectionParameters {
     pub spool: Levels,
     /// Time (s) from zero to the whole command at the start; 0 for none.
     pub start_time: f64,
-    /// Time (s) from the whole command to zero after a trip or at the end. After a trip by a sensor it is a fifth of this, at
-    /// most 0.1 s. After one by the force's level it is at most 0.1 s with a plausibility watch.
+    /// Time (s) from the whole command to zero after a trip or at the end. After a trip by a sensor it is a fifth of
+    /// this, at most 0.1 s. After one by the force's level it is at most 0.1 s with a plausibility watch.
     pub ramp_time: f64,
     /// Time (s) from the whole valve command to that of the closed valve in a shutdown.
     pub shutdown_time: f64,
-    /// Number of lost or refused samples in a row (1), at most 100,000, that do not cause a shutdown yet. The same number of
-    /// lost commands does not trip yet. With a plausibility watch, a sensor with three or more readings that
-    /// jumped counts again only after half this number and one more readings that agree with their prediction. These are held,
-    /// and count as lost.
+    /// Number of lost or refused samples in a row (1), at most 100,000, that do not cause a shutdown yet. The same
+    /// number of lost commands does not trip yet. With a plausibility watch, a sensor with three or more readings that
+    /// jumped counts again only after half this number and one more readings that agree with their prediction. These
+    /// are held, and count as lost.
     pub lost_samples: u32,
     /// Longest time (s) of a fault that the controller reports, before the trip; `f64::MAX` for no limit.
     pub fault_time: f64,
     /// Share (1) by which a measured sample period may differ from the configured one.
     pub period_tolerance: f64,
-    /// Root mean square (N) of the force error from about 30 to 150 Hz that shuts down if it persists or grows; `f64::MAX`
-    /// for no check.
+    /// Root mean square (N) of the force error from about 30 to 150 Hz that shuts down if it persists or grows;
+    /// `f64::MAX` for no check.
     pub oscillation_limit: f64,
     /// The plausibility watch, if the measurements are compared with each other.
     pub plausibility: Option<PlausibilityParameters>,

@@ -17,10 +17,12 @@ pub(crate) const SPOOL: usize = 3;
 pub(crate) struct SensorGate<T> {
     /// In the signals' units.
     pub(crate) tolerance: [T; 4],
-    /// The same of a displacement (m) from which the velocity is estimated, and its further distance with each lost sample.
+    /// The same of a displacement (m) from which the velocity is estimated, and its further distance with each lost
+    /// sample.
     pub(crate) displacement_tolerance: T,
     pub(crate) tolerance_growth: T,
-    /// Jump of the force (N) that friction may add near a reversal, and the velocity (m/s) below which a reversal is near.
+    /// Jump of the force (N) that friction may add near a reversal, and the velocity (m/s) below which a reversal is
+    /// near.
     pub(crate) friction_jump: T,
     pub(crate) reversal_velocity: T,
     /// Change from sample to sample below which a reading is still.
@@ -34,7 +36,10 @@ pub(crate) struct SensorGate<T> {
     /// Number of readings in a row that must agree with their prediction after several that jumped.
     pub(crate) confirmations: u32,
 }
-integrity!(SensorGate<T>: tolerance, displacement_tolerance, tolerance_growth, friction_jump, reversal_velocity, still_change, liveliness_gain, still_probability, slope_gain, confirmations);
+integrity!(
+    SensorGate<T>: tolerance, displacement_tolerance, tolerance_growth, friction_jump, reversal_velocity, still_change,
+    liveliness_gain, still_probability, slope_gain, confirmations
+);
 
 /// The gate's state of one signal. `default()` is that before the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -63,7 +68,10 @@ pub(crate) struct Signal<T> {
     pub(crate) jumped: bool,
     pub(crate) has_reading: bool,
 }
-integrity!(Signal<T>: last, slope, lost, jumps, confirmed, repeats, liveliness, readings, likelihood, last_change, jumped, has_reading);
+integrity!(
+    Signal<T>: last, slope, lost, jumps, confirmed, repeats, liveliness, readings, likelihood, last_change, jumped,
+    has_reading
+);
 
 impl<T: Real> Signal<T> {
     /// Accepts the next reading.
@@ -118,8 +126,8 @@ impl<T: Real> SensorGate<T> {
         reading
     }
 
-    /// Whether a reading that agrees with its prediction is not accepted yet. Near a reversal one of the wrong sign agrees as
-    /// well.
+    /// Whether a reading that agrees with its prediction is not accepted yet. Near a reversal one of the wrong sign
+    /// agrees as well.
     #[cold]
     fn awaits_confirmation(&self, signal: &mut Signal<T>) -> bool {
         signal.confirmed = signal.confirmed.saturating_add(1);
@@ -169,8 +177,8 @@ impl<T: Real> SensorGate<T> {
             && signal.slope.abs() > T::splat(MOVING_SLOPE) * still_change
     }
 
-    /// Largest jump of a displacement from which the velocity is estimated. A slower converter repeats a reading after a
-    /// step of more than one sample's path, and such a step follows its repetitions.
+    /// Largest jump of a displacement from which the velocity is estimated. A slower converter repeats a reading after
+    /// a step of more than one sample's path, and such a step follows its repetitions.
     #[inline(always)]
     pub(crate) fn estimated_tolerance(&self, signal: &Signal<T>, reading: T) -> T {
         let ripple = T::splat(SLOPE_RIPPLE) * signal.slope.abs();
@@ -189,11 +197,11 @@ impl<T: Real> SensorGate<T> {
     }
 }
 
-/// Distance of a reading from the line of the two earlier ones, in units of a still change. The second difference of white
-/// noise is √3 times as large as the first.
+/// Distance of a reading from the line of the two earlier ones, in units of a still change. The second difference of
+/// white noise is √3 times as large as the first.
 const OFF_LINE_CHANGE: f64 = 1.7320508;
-/// Number of readings on a line with which the liveliness begins. By the rule of three, a share of 3/n is possible with a
-/// probability of 5 % if none of n readings was on a line.
+/// Number of readings on a line with which the liveliness begins. By the rule of three, a share of 3/n is possible with
+/// a probability of 5 % if none of n readings was on a line.
 const PRIOR_READINGS: f64 = 3.0;
 /// Share of readings off a line above which a sensor is alive.
 const LIVELY: f64 = 0.75;

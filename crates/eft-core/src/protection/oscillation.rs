@@ -1,7 +1,7 @@
 //! The oscillation check: a force error from about 30 to 150 Hz that persists or grows shows an unstable oil column.
 //!
-//! The overcompensation guard observes the specimen's frequencies only. Two high-passes and a low-pass select the band of
-//! the error. Its mean square over windows of a sixtieth of a second is compared with a limit and with the previous
+//! The overcompensation guard observes the specimen's frequencies only. Two high-passes and a low-pass select the band
+//! of the error. Its mean square over windows of a sixtieth of a second is compared with a limit and with the previous
 //! window.
 
 #[cfg(test)]
@@ -18,8 +18,8 @@ const HIGH_PASS_CORNER: f64 = 40.0;
 const LOW_PASS_CORNER: f64 = 150.0;
 /// Windows per second (1/s): each holds half a period of the lowest frequency, a whole one of its square.
 const WINDOW_RATE: f64 = 60.0;
-/// Number of windows in a row beyond the limit that trip. Number of windows in a row, each larger by the factor (1), that
-/// trip if the last one is beyond the limit. The error after a single impulse decays faster.
+/// Number of windows in a row beyond the limit that trip. Number of windows in a row, each larger by the factor (1),
+/// that trip if the last one is beyond the limit. The error after a single impulse decays faster.
 const PERSISTENT_WINDOWS: u32 = 15;
 const GROWING_WINDOWS: u32 = 3;
 const GROWTH_FACTOR: f64 = 1.3;
@@ -51,7 +51,10 @@ pub(super) struct OscillationWatchState<T> {
     windows_over_limit: u32,
     windows_growing: u32,
 }
-integrity!(OscillationWatchState<T>: high_pass_states, filtered_error, sum_of_squares, last_sum, ticks, windows_over_limit, windows_growing);
+integrity!(
+    OscillationWatchState<T>: high_pass_states, filtered_error, sum_of_squares, last_sum, ticks, windows_over_limit,
+    windows_growing
+);
 
 impl<T: Real> OscillationWatch<T> {
     /// Adds a force error (N); whether the loop oscillates.

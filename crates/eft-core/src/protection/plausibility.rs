@@ -59,8 +59,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) valve_gain: T,
     /// The known null bias (1), from which the valve's flow depends on the spool.
     pub(crate) null_bias: T,
-    /// Coefficients (1): the low-pass of the residuals, that of velocity and difference before their ratio is compared, and
-    /// that of the spool before it is compared with its command.
+    /// Coefficients (1): the low-pass of the residuals, that of velocity and difference before their ratio is compared,
+    /// and that of the spool before it is compared with its command.
     pub(super) low_gain: T,
     pub(super) ratio_gain: T,
     pub(super) spool_gain: T,
@@ -73,7 +73,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) stroke: SpoolLimits<T>,
     pub(super) reversal: ReversalWatch<T>,
     pub(super) following: Following<T>,
-    /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's, if the velocity is estimated.
+    /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's, if the velocity is
+    /// estimated.
     pub(super) force_jump: T,
     /// Difference (N) at which the force counts as far from its command.
     pub(super) force_error_limit: T,
@@ -82,7 +83,11 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     /// The comparison with the load pressure, if the chamber pressures are measured.
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
-integrity!(Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate, area, leakage, oil, valve_gain, null_bias, low_gain, ratio_gain, spool_gain, decay, per_reversal, balance, motion, stroke, reversal, following, force_jump, force_error_limit, changes, load_pressure);
+integrity!(
+    Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate,
+    area, leakage, oil, valve_gain, null_bias, low_gain, ratio_gain, spool_gain, decay, per_reversal, balance, motion,
+    stroke, reversal, following, force_jump, force_error_limit, changes, load_pressure
+);
 
 /// Further inputs of a watch in a tick.
 #[derive(Debug, Clone, Copy)]

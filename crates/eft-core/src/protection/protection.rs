@@ -1,10 +1,10 @@
 //! Protection of the specimen: limits with warning and trip levels, soft start and end, ramp to zero force.
 //!
 //! The protection has two stages. A *trip* freezes the force command and ramps it to zero, with the force loop still
-//! closed. A *shutdown* ramps the whole valve command to that of the closed valve. It follows if measurements stay lost, if the controller
-//! refuses its samples, if a signal is far beyond its trip level, or if the force remains after the ramp. A closed
-//! valve locks the piston, and a moving mass against locked oil makes a large force. A shutdown must therefore take
-//! long compared with the specimen's period, or act together with a bypass valve across the actuator.
+//! closed. A *shutdown* ramps the whole valve command to that of the closed valve. It follows if measurements stay
+//! lost, if the controller refuses its samples, if a signal is far beyond its trip level, or if the force remains after
+//! the ramp. A closed valve locks the piston, and a moving mass against locked oil makes a large force. A shutdown must
+//! therefore take long compared with the specimen's period, or act together with a bypass valve across the actuator.
 
 use crate::cause::Cause;
 use crate::error::{ConfigError, LARGEST, check, positive, within};
@@ -39,7 +39,10 @@ pub struct Protection<T> {
     timing: Timing<T>,
     oscillation: Option<OscillationWatch<T>>,
 }
-integrity!(Protection<T>: force, displacement, velocity, spool, rise, fall, sensor_fall, force_fall, shutdown_ramp, settle_ramp, lost_samples, fault_samples, timing, oscillation);
+integrity!(
+    Protection<T>: force, displacement, velocity, spool, rise, fall, sensor_fall, force_fall, shutdown_ramp,
+    settle_ramp, lost_samples, fault_samples, timing, oscillation
+);
 
 /// Share of the velocity's compensation after a trip. Below 1 the velocity feedback damps the specimen, also with a
 /// calibration that is a few per cent wrong.
@@ -97,8 +100,8 @@ impl<T: Real> Protection<T> {
     /// One sample.
     ///
     /// # NaN
-    /// A measurement that is not finite counts as lost. A command that is not finite or beyond [`LARGEST`] is replaced by
-    /// the last valid one and raises [`status::INVALID_COMMAND`]. If it stays lost, the test trips.
+    /// A measurement that is not finite counts as lost. A command that is not finite or beyond [`LARGEST`] is replaced
+    /// by the last valid one and raises [`status::INVALID_COMMAND`]. If it stays lost, the test trips.
     ///
     /// # Cost
     /// Independent of history.
@@ -221,8 +224,8 @@ impl<T: Real> Protection<T> {
 
     /// Counts samples in a row by the controller's flags. Call it after each [`step`](Self::step).
     ///
-    /// Refused samples, for which the output is held ([`status::INVALID_MEASUREMENT`], [`status::INVALID_COMMAND`]), shut
-    /// down if they persist, like lost measurements. Samples with a wrong but finite measurement
+    /// Refused samples, for which the output is held ([`status::INVALID_MEASUREMENT`], [`status::INVALID_COMMAND`]),
+    /// shut down if they persist, like lost measurements. Samples with a wrong but finite measurement
     /// ([`status::ADAPTATION_FROZEN`], [`status::STUCK_MEASUREMENT`]) trip if they persist, and a shutdown follows the
     /// ramp. An expired calibration ([`status::CALIBRATION_EXPIRED`]) trips.
     #[inline(always)]
@@ -284,8 +287,8 @@ macro_rules! constructor {
             ///
             /// # Errors
             /// A level that is negative or not a number, a warning above its trip, a ramp longer than 10⁹ samples, more
-            /// than 10⁵ lost samples, a fault time beyond 2³² samples, a period's tolerance that is negative, an oscillation limit
-            /// or a sample rate that is not positive.
+            /// than 10⁵ lost samples, a fault time beyond 2³² samples, a period's tolerance that is negative, an
+            /// oscillation limit or a sample rate that is not positive.
             pub const fn new(p: &ProtectionParameters, sample_rate: f64) -> Result<Self, ConfigError> {
                 let rate = check!(positive("sample_rate", sample_rate));
                 check!(within("lost_samples", p.lost_samples as f64, 0.0, 1e5));

@@ -43,7 +43,11 @@ pub struct ProtectionState<T> {
     pub(super) timing: TimingState<T>,
     pub(super) oscillation: OscillationWatchState<T>,
 }
-integrity!(ProtectionState<T>: command_ramp, valve_ramp, command, lost_measurements, lost_commands, refused_samples, faulty_samples, fault_persists, motion_unknown, motion_by_flow, brake, cause, tripped, shut_down, settling, end_requested, timing, oscillation);
+integrity!(
+    ProtectionState<T>: command_ramp, valve_ramp, command, lost_measurements, lost_commands, refused_samples,
+    faulty_samples, fault_persists, motion_unknown, motion_by_flow, brake, cause, tripped, shut_down, settling,
+    end_requested, timing, oscillation
+);
 
 impl<T: Real> ProtectionState<T> {
     /// Trips on request, at the last command: for an emergency stop, or another actuator of the same specimen.
@@ -62,16 +66,16 @@ impl<T: Real> ProtectionState<T> {
         }
     }
 
-    /// Trips by a cause that forbids a closed loop. The piston follows the specimen if a velocity is left, and the valve
-    /// closes.
+    /// Trips by a cause that forbids a closed loop. The piston follows the specimen if a velocity is left, and the
+    /// valve closes.
     #[inline(always)]
     pub(crate) fn shut_down_by(&mut self, cause: Cause) {
         self.trip_by(cause);
         self.shut_down.set();
     }
 
-    /// Share of the brake (1) after a trip: it increases as the command decreases, to all at half the command. Without a brake a specimen keeps its
-    /// kinetic energy when its command becomes zero, and a yielding specimen moves far.
+    /// Share of the brake (1) after a trip: it increases as the command decreases, to all at half the command. Without
+    /// a brake a specimen keeps its kinetic energy when its command becomes zero, and a yielding specimen moves far.
     #[inline(always)]
     pub(crate) fn braking(&self) -> Option<T> {
         let one = T::splat(1.0);

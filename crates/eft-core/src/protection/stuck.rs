@@ -37,8 +37,8 @@ impl StuckWatch {
         }
     }
 
-    /// One sample of piston velocity (m/s), force (N) and spool opening (1). The result is [`status::STUCK_MEASUREMENT`] if
-    /// one of them has repeated too often.
+    /// One sample of piston velocity (m/s), force (N) and spool opening (1). The result is
+    /// [`status::STUCK_MEASUREMENT`] if one of them has repeated too often.
     ///
     /// # NaN
     /// NaN differs from every number, so it is never stuck. The controller refuses it.

@@ -26,8 +26,8 @@ pub(crate) struct TimingState<T> {
     /// Whether there was a counter, and a period.
     has_counter: bool,
     has_period: bool,
-    /// Increases by two with each bad sample and decreases by one with each good one. A share of bad samples above a third
-    /// therefore trips.
+    /// Increases by two with each bad sample and decreases by one with each good one. A share of bad samples above a
+    /// third therefore trips.
     error_score: u32,
 }
 integrity!(TimingState<T>: last_counter, has_counter, has_period, error_score);

@@ -106,7 +106,8 @@ impl<T: Real> Velocity<T> {
         }
     }
 
-    /// Goes over `gap` lost ticks before a valid displacement (m), so that its change does not count as that of one tick.
+    /// Goes over `gap` lost ticks before a valid displacement (m), so that its change does not count as that of one
+    /// tick.
     pub(crate) fn bridge(&self, state: &mut VelocityState<T>, displacement: T, gap: T) {
         match self {
             Self::Sensor => {}

@@ -1,5 +1,5 @@
-//! The whole tick with its learner: defined for all inputs, held on bad samples, primed without a bump, and equal to the
-//! controller alone if everything else is off.
+//! The whole tick with its learner: defined for all inputs, held on bad samples, primed without a bump, and equal to
+//! the controller alone if everything else is off.
 
 use eft_core::{
     Channel, ChannelState, Controller, ControllerInput, Input, Learner, Learning, Levels, Parameters,

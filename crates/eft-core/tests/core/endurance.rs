@@ -1,6 +1,6 @@
-//! Long tests: sums in `f32` neither drift nor grow. A day at 10 kHz has 864 million ticks. The tick forgets its past, so
-//! a day of swings is one swing many times. The learner gets all 27 million windows of a day. Both together run for 100
-//! million noisy ticks.
+//! Long tests: sums in `f32` neither drift nor grow. A day at 10 kHz has 864 million ticks. The tick forgets its past,
+//! so a day of swings is one swing many times. The learner gets all 27 million windows of a day. Both together run for
+//! 100 million noisy ticks.
 
 use eft_core::{
     Channel, Input, Learner, Learning, Levels, Parameters, ProtectionParameters, Realization, VelocitySource,

@@ -149,7 +149,8 @@ fn flow_gain_is_found_at_every_sample_rate_that_is_allowed() {
     assert_eq!(Channel::<f64, 21>::new(&off).unwrap().window_ticks(), 0);
 }
 
-/// The time (s) without learning after the window of this number, which has a lost sample or does not reach the learner.
+/// The time (s) without learning after the window of this number, which has a lost sample or does not reach the
+/// learner.
 fn without_learning(at: u32, lost: bool) -> f64 {
     let p = Parameters { learning: Learning { guard: false, ..Learning::ADAPTIVE }, ..BESIDE };
     let channel = Channel::<f64, 21>::new(&p).unwrap();

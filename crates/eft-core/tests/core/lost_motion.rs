@@ -14,8 +14,8 @@ fn without_motion_and_flow_the_valve_closes_at_once() {
     let closing = (protection.shutdown_time * rig::PARAMETERS.sample_rate) as u32 + 2;
     let rest =
         Input { velocity: 0.0, force: 0.0, spool: 0.0, displacement: 0.0, command: 0.0, ..Input::default() };
-    // A sensor of the velocity is lost before the displacement, a few samples before it, or with it. A derivative is lost
-    // with it.
+    // A sensor of the velocity is lost before the displacement, a few samples before it, or with it. A derivative is
+    // lost with it.
     for (velocity_source, first) in [
         (VelocitySource::Sensor, 1000),
         (VelocitySource::Sensor, 2000 - waits / 2),

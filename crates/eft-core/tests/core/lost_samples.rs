@@ -4,7 +4,8 @@ use eft_core::{Channel, Input, Parameters, ProtectionParameters, VelocitySource,
 
 use crate::rig;
 
-/// The largest change of the valve command (V) per tick after a gap of this many ticks, less that of a run without a gap.
+/// The largest change of the valve command (V) per tick after a gap of this many ticks, less that of a run without a
+/// gap.
 fn jump_behind(gap: u32, p: &Parameters) -> f64 {
     let channel = Channel::<f64, 21>::new(p).unwrap();
     let run = |lost: core::ops::Range<u32>| {

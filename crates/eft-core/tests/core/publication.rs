@@ -1,5 +1,5 @@
-//! The time at which a calibration is made does not matter, only the window in which it takes effect. The learner may run
-//! inline, or in a task that takes up to a whole window.
+//! The time at which a calibration is made does not matter, only the window in which it takes effect. The learner may
+//! run inline, or in a task that takes up to a whole window.
 
 use eft_core::{
     Calibration, Channel, ChannelState, Learner, LearnerState, Learning, Output, Parameters, Realization,

@@ -1,5 +1,5 @@
-//! Lays out the header from cbindgen's output. It has sections, and constants and fields have their comments on the same
-//! line. Double precision comes last, without comments.
+//! Lays out the header from cbindgen's output. It has sections, and constants and fields have their comments on the
+//! same line. Double precision comes last, without comments.
 
 use std::fmt::Write as _;
 

@@ -156,7 +156,8 @@ fn after_the_tick(p: &Parameters, ticks: u32) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// The same with the learner in another thread. The tick waits for its calibration up to `patience` ticks after a window.
+/// The same with the learner in another thread. The tick waits for its calibration up to `patience` ticks after a
+/// window.
 fn in_a_task(p: &Parameters, ticks: u32, patience: impl Fn(u32) -> u32) -> Vec<(u32, u32)> {
     let parameters = for_c(p);
     let ((channel, mut state), (learner, mut learned)) = (at_rest(&parameters), nothing_learned(&parameters));

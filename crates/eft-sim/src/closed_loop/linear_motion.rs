@@ -82,7 +82,8 @@ impl<X: Clone + AsRef<[f64]> + AsMut<[f64]>> LinearMotion<X> {
 /// The rates of a state under 1 N on one floor or on none.
 type Rates<'a> = dyn Fn(&[f64], Option<usize>) -> Vec<f64> + 'a;
 
-/// The state one step later in its first rows, by the state, the forces (N) of the floors and their growth (N) over the step.
+/// The state one step later in its first rows, by the state, the forces (N) of the floors and their growth (N) over the
+/// step.
 // Compiled once for all kinds of states.
 fn transition(states: usize, step: f64, limit: f64, rate: &Rates<'_>) -> Option<DMatrix<f64>> {
     if limit == 0.0 {

@@ -18,9 +18,9 @@ pub struct RigReading {
 
 /// Plant, sensors and converters of a rig under the valve commands of an external controller.
 ///
-/// If a controller is stepped with the readings of each tick and its outputs are passed to
-/// [`step`](Self::step), the traces are those of [`simulate_actuators`](crate::closed_loop::simulate_actuators) on the rig
-/// with `controller.realization = "digital"`, bit for bit.
+/// If a controller is stepped with the readings of each tick and its outputs are passed to [`step`](Self::step), the
+/// traces are those of [`simulate_actuators`](crate::closed_loop::simulate_actuators) on the rig with
+/// `controller.realization = "digital"`, bit for bit.
 #[derive(Debug, Clone)]
 pub struct VirtualRig {
     plant: PlantStepper,

@@ -1,7 +1,8 @@
 //! The flow curve that a controller inverts for a piston with unequal areas and a spool with underlap.
 //!
-//! Unequal areas scale the flow of each direction. With an underlap `u` the valve passes `f(max(x + u, 0)) + f(min(x − u, 0))`
-//! at no load, which is continuous and is inverted exactly. An overlap is a parameter of the controller of its own.
+//! Unequal areas scale the flow of each direction. With an underlap `u` the valve passes
+//! `f(max(x + u, 0)) + f(min(x − u, 0))` at no load, which is continuous and is inverted exactly. An overlap is a
+//! parameter of the controller of its own.
 
 use super::{FlowCurve, RigConfig};
 use crate::error::{Error, Result};
@@ -75,8 +76,8 @@ impl RigConfig {
         if opening == 0.0 { 0.0 } else { opening + self.servovalve.overlap.max(0.0).copysign(opening) }
     }
 
-    /// Learned no-load flows (m³/s) at the openings of the flow table, for a controller that knows the areas and the lap.
-    /// `found` returns them at openings of the spool.
+    /// Learned no-load flows (m³/s) at the openings of the flow table, for a controller that knows the areas and the
+    /// lap. `found` returns them at openings of the spool.
     pub fn found_flows(&self, found: impl FnOnce(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
         let table = &self.servovalve.flow_table;
         let Some(curve) = &self.inverted else {

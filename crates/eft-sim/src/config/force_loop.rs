@@ -7,8 +7,8 @@ use super::{Controller, FlowCurve, ForceLoop, MotionAt, Realization, RigConfig, 
 use crate::design::{self, HeldPiston};
 use crate::{Result, checks};
 
-/// Opening (1) of an oscillation about rest. At the oil column of the paper's rig it is 0.4 kN, a quarter of a percent of
-/// the stall force.
+/// Opening (1) of an oscillation about rest. At the oil column of the paper's rig it is 0.4 kN, a quarter of a percent
+/// of the stall force.
 const OSCILLATION: f64 = 1e-3;
 
 /// A valve about rest, at no load.

@@ -87,7 +87,8 @@ impl RigConfig {
         moves && self.sensors.motion_at == MotionAt::Piston
     }
 
-    /// The commanded opening (1) of an actuator at rest: the null that the controller knows, or has learned in an earlier test.
+    /// The commanded opening (1) of an actuator at rest: the null that the controller knows, or has learned in an
+    /// earlier test.
     pub fn known_null(&self, actuator: usize) -> f64 {
         let learns = self.compensation.corrects_curve();
         let learned = self.calibration.of(actuator).filter(|saved| learns && saved.excitation > 0.0);

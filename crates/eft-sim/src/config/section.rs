@@ -1,5 +1,5 @@
-//! Sections and their values as parts of a tree. Plain code reads them, because a generic deserializer would be compiled
-//! again for each of thirty sections.
+//! Sections and their values as parts of a tree. Plain code reads them, because a generic deserializer would be
+//! compiled again for each of thirty sections.
 
 use toml::{Table, Value};
 
@@ -92,8 +92,8 @@ pub(super) fn add(section: &mut Table, name: &str, value: Option<Value>) {
     }
 }
 
-/// Adds the rows of a field: its own row, the rows that are given for it, or those of its type. They are constants, because
-/// code that makes each would be large.
+/// Adds the rows of a field: its own row, the rows that are given for it, or those of its type. They are constants,
+/// because code that makes each would be large.
 macro_rules! add_rows {
     ($to:ident, $key:expr, $kind:ty) => {
         <$kind as $crate::config::section::Entry>::add_rows($to)

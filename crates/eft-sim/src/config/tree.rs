@@ -22,8 +22,8 @@ pub(super) fn get<'a>(tree: &'a Table, key: &str) -> Option<&'a Value> {
     Some(value)
 }
 
-/// Most parts of a dotted key. Those of the schema have fewer. A deeper tree would take quadratic time and memory, and too
-/// much stack.
+/// Most parts of a dotted key. Those of the schema have fewer. A deeper tree would take quadratic time and memory, and
+/// too much stack.
 const MOST_PARTS: usize = 32;
 
 /// Sets the value of a dotted key and adds missing sections. It does not check that the schema has the key, but refuses

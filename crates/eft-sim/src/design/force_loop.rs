@@ -57,8 +57,8 @@ pub struct ForceLoop {
     plants: Vec<Sampled>,
 }
 
-/// Robustness of a force loop on the rig it is designed for, with the piston at rest. With an underlap each is the smaller
-/// of those within the lap and beyond it.
+/// Robustness of a force loop on the rig it is designed for, with the piston at rest. With an underlap each is the
+/// smaller of those within the lap and beyond it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceLoopMargins {
     /// Largest stable factor (1) on the loop's gain.
@@ -138,8 +138,8 @@ fn damped_gains(
     Ok(tried)
 }
 
-/// The loop with these gains if the rig itself has its margins and the loop its static gain. `largest` becomes the largest
-/// static gain of a loop with the margins.
+/// The loop with these gains if the rig itself has its margins and the loop its static gain. `largest` becomes the
+/// largest static gain of a loop with the margins.
 fn accept(
     gains: Gains,
     nominal: &[Sampled],
@@ -231,9 +231,9 @@ fn largest_damped_gains(corners: &[Sampled], time: f64, integral_time: f64) -> R
     Ok(Some(gains(end - 1).map(four_digits)))
 }
 
-/// A step of the gain without an excess of damping (1), whose step before has one, and at most `end`. The step `from` must
-/// have an excess. Among several such steps it is any of them. The search is the Illinois method: secants, in which an
-/// end that stays counts half.
+/// A step of the gain without an excess of damping (1), whose step before has one, and at most `end`. The step `from`
+/// must have an excess. Among several such steps it is any of them. The search is the Illinois method: secants, in
+/// which an end that stays counts half.
 fn first_undamped(excess: impl Fn(u32) -> Result<f64>, from: u32, end: u32) -> Result<u32> {
     let last = excess(end - 1)?;
     if last >= 0.0 {

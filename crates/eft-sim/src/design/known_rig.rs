@@ -1,5 +1,5 @@
-//! The gains for what is known of a rig beyond its data sheets: the latency of the load cell, and an identified valve and
-//! oil. They are a share of those for the data sheets.
+//! The gains for what is known of a rig beyond its data sheets: the latency of the load cell, and an identified valve
+//! and oil. They are a share of those for the data sheets.
 
 use super::force_loop::{self, Deviations, ForceLoop, corners, damped, no_poles, refuse_long_delay};
 use super::held_piston::{Gains, HeldPiston, Sampled};
@@ -10,13 +10,13 @@ const LONGEST_LATENCY: u32 = 32;
 /// The extremes of the study of laboratory rigs, narrower than those of a loop without a latency: every share of the
 /// gains that is given up costs accuracy.
 const DEVIATIONS: Deviations = Deviations { oil_stiffness: [1.5, 0.75], pilot_time_constant: [1.7, 0.6] };
-/// Those of an identified rig. On 1,000 laboratory rigs the found compressibility was 0.88 to 1.20 times the true one, and
-/// the pilot time constant 0.92 to 1.15 times.
+/// Those of an identified rig. On 1,000 laboratory rigs the found compressibility was 0.88 to 1.20 times the true one,
+/// and the pilot time constant 0.92 to 1.15 times.
 const IDENTIFIED: Deviations = Deviations { oil_stiffness: [1.2, 0.8], pilot_time_constant: [1.25, 0.8] };
 /// Least damping ratio (1) of the oil column on the worst of them behind a late load cell.
 const LATENCY_DAMPING: f64 = 0.01;
-/// Least gain margin (1) of the rig itself, and of an identified one. On the stiffest oil, 1.5 and 1.2 times as stiff, both
-/// leave about 1.33.
+/// Least gain margin (1) of the rig itself, and of an identified one. On the stiffest oil, 1.5 and 1.2 times as stiff,
+/// both leave about 1.33.
 const GAIN_MARGIN: f64 = 2.0;
 const IDENTIFIED_GAIN_MARGIN: f64 = 1.6;
 /// Least coprime margin (1) of the rig itself.

@@ -16,7 +16,8 @@ struct DelayLine {
 }
 
 impl DelayLines {
-    /// For a number of lanes; `delay(i)` is the delay of lane `i` in samples, `initial(i)` its signal before the first one.
+    /// For a number of lanes; `delay(i)` is the delay of lane `i` in samples, `initial(i)` its signal before the first
+    /// one.
     pub(crate) fn new(lanes: usize, delay: impl Fn(usize) -> usize, initial: impl Fn(usize) -> f64) -> Self {
         let line = |i| DelayLine { samples: vec![initial(i); delay(i)], next: 0 };
         let mut lines: Vec<_> = (0..lanes).map(line).collect();

@@ -22,8 +22,8 @@ impl Metrics {
 
     /// Compares a measured force (N) with its command (N), both sampled at `sample_rate` (Hz).
     ///
-    /// Undefined are the delay of a force that stays zero, the bias-free error and the frequency-domain index of a constant
-    /// command, and the oscillation at a sample rate below 300 Hz.
+    /// Undefined are the delay of a force that stays zero, the bias-free error and the frequency-domain index of a
+    /// constant command, and the oscillation at a sample rate below 300 Hz.
     ///
     /// # Errors
     /// When the signals are empty, unequal in length or not finite, the command is zero throughout, or the

@@ -1,7 +1,7 @@
 //! Metrics of a measured force and its command; every function takes two slices of equal length.
 //!
-//! Invalid input (empty, unequal, not finite, a command that is zero throughout) is an error. Only an undefined one of the
-//! [`Metrics`] is NaN.
+//! Invalid input (empty, unequal, not finite, a command that is zero throughout) is an error. Only an undefined one of
+//! the [`Metrics`] is NaN.
 
 mod actuator;
 mod coherence;

@@ -39,8 +39,8 @@ pub const METRICS: [Metric; 14] = [
     quick("min_supply_pressure", "Pa", "smallest supply pressure"),
 ];
 
-/// The metrics of one actuator's test, or of a force alone. They are equal if all their bits are equal; undefined metrics
-/// are equal.
+/// The metrics of one actuator's test, or of a force alone. They are equal if all their bits are equal; undefined
+/// metrics are equal.
 #[derive(Debug, Clone, Default)]
 pub struct Metrics {
     /// In the order of the table; `None` if a metric was not computed, and NaN if it is undefined.

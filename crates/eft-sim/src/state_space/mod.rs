@@ -12,8 +12,8 @@ use self::matrices::eigenvalues;
 pub(crate) use self::responses::Responses;
 use crate::{Error, Result, checks};
 
-/// Growth rate (1/s) up to which a mode counts as one at rest: a structure without a spring and an integral part have a pole
-/// at the origin.
+/// Growth rate (1/s) up to which a mode counts as one at rest: a structure without a spring and an integral part have a
+/// pole at the origin.
 pub(crate) const AT_REST: f64 = 1e-9;
 
 /// `ẋ = A·x + B·u`, `y = C·x + D·u`, or the same with the next sample on the left side. `u` is the force

@@ -9,8 +9,8 @@ use nalgebra::{Complex, DMatrix};
 
 /// Largest number of steps on one eigenvalue; two or three are typical.
 const MOST_STEPS: usize = 300;
-/// After this number of steps without convergence an entry is compared with the largest one. Several delays make a group of
-/// poles at zero, which no entry there is small beside.
+/// After this number of steps without convergence an entry is compared with the largest one. Several delays make a
+/// group of poles at zero, which no entry there is small beside.
 const STUCK: usize = 40;
 /// After this number of steps without convergence the shifts are replaced, to leave a cycle.
 const EXCEPTIONAL: usize = 10;

@@ -91,7 +91,8 @@ fn after_a_trip_a_brake_is_taken_from_the_command() {
             let permitted = channel.step(&mut state, &moves(tick)).permitted_command;
             assert!((foreseen - permitted).abs() < 30.0, "{velocity} {tick}: {foreseen}, then {permitted}");
             if tick == 399 {
-                // Up to 40 % of the warning level, at a sixth of the velocity's level; twice the share that the ramp removed.
+                // Up to 40 % of the warning level, at a sixth of the velocity's level; twice the share that the ramp
+                // removed.
                 let brake = 2.0 * removed * 6e3 * 0.95 * velocity / 0.2;
                 let expected = 2e3 * (1.0 - removed) - brake;
                 assert!((permitted - expected).abs() < 2.0, "{velocity}: {permitted}, not {expected}");
@@ -305,7 +306,8 @@ fn an_opened_loop_has_no_derivative_kick() {
         channel.step(&mut state, &away);
     }
     state.protection.shut_down_by(Cause::ForceLevel);
-    // The derivative gain times the change of the error would be 0.09 V. The leakage by the force needs a small opening.
+    // The derivative gain times the change of the error would be 0.09 V. The leakage by the force needs a small
+    // opening.
     let opened = channel.step(&mut state, &away).voltage;
     assert!(opened.abs() < 1e-3, "{opened}");
 }

@@ -61,8 +61,8 @@ fn a_reading_stands_at_the_third_repetition_of_a_lively_sensor_that_moved() {
     }
 }
 
-/// Of a ramp that crosses zero at reading 100, with other readings within some: the first refused reading, the number of
-/// refused ones, and of those in a row at the end.
+/// Of a ramp that crosses zero at reading 100, with other readings within some: the first refused reading, the number
+/// of refused ones, and of those in a row at the end.
 fn refused(slope: f64, other: impl Fn(i32, f64) -> f64) -> (Option<i32>, usize, u32) {
     let (gate, mut signal) = (gate(), Signal::default());
     let mut refuses =

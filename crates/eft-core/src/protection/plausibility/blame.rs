@@ -8,12 +8,13 @@ use crate::protection::plausibility::reversal::WrongSign;
 use crate::protection::plausibility::{Plausibility, PlausibilityState};
 use crate::signals::Input;
 
-/// The displacement is blamed for a ratio only if the velocity fits the flow better, by this share of the mean square of the
-/// speed. This is so if one of the two has the wrong sign. Near rest the largest speed is the noise of the displacement.
+/// The displacement is blamed for a ratio only if the velocity fits the flow better, by this share of the mean square
+/// of the speed. This is so if one of the two has the wrong sign. Near rest the largest speed is the noise of the
+/// displacement.
 const CLEAR_SHARE: f64 = 0.25;
 
-/// Probability that a working sensor is as still as a frozen one. It is much larger than without a contradiction, because
-/// here it only selects the sensor.
+/// Probability that a working sensor is as still as a frozen one. It is much larger than without a contradiction,
+/// because here it only selects the sensor.
 const FROZEN_PROBABILITY: f64 = 0.01;
 /// Share of the limit of a motion against the command from which on the spool may be wrong.
 const OPPOSED: f64 = 0.1;
@@ -96,8 +97,9 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         }
     }
 
-    /// The sensor that is indicated after the displacement has failed: a spool that moves against its command, or velocity or
-    /// force if a share of the fast flows' limits is exceeded. The sums of wrong signs select one of these two.
+    /// The sensor that is indicated after the displacement has failed: a spool that moves against its command, or
+    /// velocity or force if a share of the fast flows' limits is exceeded. The sums of wrong signs select one of these
+    /// two.
     #[inline(always)]
     pub(super) fn contradiction_by_flow(&self, state: &PlausibilityState<T>, share: T) -> Cause {
         let (balance, limits) = (&state.balance, &self.balance);
@@ -234,8 +236,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         signal.repeats >= self.repeats || signal.is_stiller(T::splat(FROZEN_PROBABILITY))
     }
 
-    /// Velocity and displacement differ by a ratio. If the flow does not decide, the larger one is distrusted, because a
-    /// velocity that is too small leaves damping.
+    /// Velocity and displacement differ by a ratio. If the flow does not decide, the larger one is distrusted, because
+    /// a velocity that is too small leaves damping.
     #[inline(always)]
     fn blame_ratio(&self, state: &PlausibilityState<T>) -> Cause {
         let MotionSums { ratio, misfit, mean_square_speed, .. } = &state.motion;

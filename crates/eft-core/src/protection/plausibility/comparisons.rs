@@ -51,7 +51,10 @@ pub(crate) struct FlowBalance<T> {
     pub(super) fast: Cusum<T>,
     pub(super) wrong_sign: Cusum<T>,
 }
-integrity!(FlowBalance<T>: age, last_flow, valve_flow, load_flow, force, fast_residual, fast_valve_flow, fast_oil_flow, flow_envelope, fast_valve_envelope, fast_oil_envelope, near_null, slow, fast, wrong_sign);
+integrity!(
+    FlowBalance<T>: age, last_flow, valve_flow, load_flow, force, fast_residual, fast_valve_flow, fast_oil_flow,
+    flow_envelope, fast_valve_envelope, fast_oil_envelope, near_null, slow, fast, wrong_sign
+);
 
 /// The limits of velocity and displacement.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,7 +102,11 @@ pub(crate) struct MotionSums<T> {
     /// Whether this sample follows the last displacement.
     pub(super) is_continuous: bool,
 }
-integrity!(MotionSums<T>: last_velocity, last_displacement, velocity, displacement, ratio_velocity, ratio_difference, ratio_residual, speed_envelope, travel, ratio, travel_start, ratio_start, misfit, mean_square_speed, evidence, is_continuous);
+integrity!(
+    MotionSums<T>: last_velocity, last_displacement, velocity, displacement, ratio_velocity, ratio_difference,
+    ratio_residual, speed_envelope, travel, ratio, travel_start, ratio_start, misfit, mean_square_speed, evidence,
+    is_continuous
+);
 
 /// The limits of the spool and its command.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -134,7 +141,10 @@ pub(crate) struct SpoolSums<T> {
     pub(super) difference: Cusum<T>,
     pub(super) against: Cusum<T>,
 }
-integrity!(SpoolSums<T>: first, opening, commanded, measured, commanded_mean, measured_mean, opening_envelope, difference, against);
+integrity!(
+    SpoolSums<T>: first, opening, commanded, measured, commanded_mean, measured_mean, opening_envelope, difference,
+    against
+);
 
 impl<T: Real> SpoolSums<T> {
     /// The state of a spool at rest at an opening (1).

@@ -7,7 +7,8 @@ use crate::protection::plausibility::sums::low_pass;
 use crate::protection::plausibility::{Control, Plausibility, PlausibilityState};
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
-    /// Adds a tick's displacement (m) and velocity (m/s) to the derivative, and to the low-passes that delay as it does.
+    /// Adds a tick's displacement (m) and velocity (m/s) to the derivative, and to the low-passes that delay as it
+    /// does.
     #[inline(always)]
     pub(super) fn filter(&self, state: &mut PlausibilityState<T>, displacement: T, velocity: T) {
         if displacement.is_finite() {
@@ -41,8 +42,9 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         followed.velocity
     }
 
-    /// The velocity (m/s) to follow if that of the sensor may be wrong. It is the displacement's derivative, with what the
-    /// derivative's low-passes remove: the sensor's share above their corner, in the direction in which the two agree.
+    /// The velocity (m/s) to follow if that of the sensor may be wrong. It is the displacement's derivative, with what
+    /// the derivative's low-passes remove: the sensor's share above their corner, in the direction in which the two
+    /// agree.
     #[inline(always)]
     pub(crate) fn agreed(&self, state: &PlausibilityState<T>, velocity: T) -> T {
         let ([_, filtered_velocity], slow, one) = (state.filtered_velocity, state.velocity, T::splat(1.0));
@@ -54,8 +56,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         slow + direction(slow) * direction(filtered_velocity) * (velocity - filtered_velocity)
     }
 
-    /// The force (N) of the brake at a share (1) of it, in the direction of the velocity. It acts against the motion, as
-    /// friction does. A low-pass keeps the oil column's oscillation out of it.
+    /// The force (N) of the brake at a share (1) of it, in the direction of the velocity. It acts against the motion,
+    /// as friction does. A low-pass keeps the oil column's oscillation out of it.
     #[inline(always)]
     pub(crate) fn brake(&self, state: &mut PlausibilityState<T>, velocity: T, share: T) -> T {
         if velocity.is_finite() {
@@ -72,8 +74,8 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         self.per_reversal * state.motion.speed_envelope < T::splat(1.0)
     }
 
-    /// Adds a tick to the velocity by the flow balance. The oil's flow belongs to it: without it the piston would seem to
-    /// follow the valve, and the compensation would follow itself.
+    /// Adds a tick to the velocity by the flow balance. The oil's flow belongs to it: without it the piston would seem
+    /// to follow the valve, and the compensation would follow itself.
     #[inline(always)]
     pub(super) fn update_flow_velocity(
         &self,

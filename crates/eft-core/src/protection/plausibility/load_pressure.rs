@@ -97,8 +97,8 @@ mod tests {
         6.0e3 * libm::sin(core::f64::consts::TAU * 1.5 * time)
     }
 
-    /// Time (s) of the first contradiction within 2 s, and whether the pressure has failed at the end. The arguments are
-    /// force (N) and load pressure (Pa) at a time (s).
+    /// Time (s) of the first contradiction within 2 s, and whether the pressure has failed at the end. The arguments
+    /// are force (N) and load pressure (Pa) at a time (s).
     fn first(force: impl Fn(f64) -> f64, pressure: impl Fn(f64) -> f64) -> (Option<f64>, bool) {
         let mut state = LoadPressureState::default();
         let mut found = None;

@@ -7,8 +7,8 @@ use crate::protection::plausibility::{Control, Plausibility, PlausibilityState};
 use crate::signals::Input;
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
-    /// Adds the opening by a residual of the flow (m³/s), at this slope of the flow curve (m³/s) and spool opening (1), to the
-    /// opening offset. A spool that is not where its command leads says nothing about the valve.
+    /// Adds the opening by a residual of the flow (m³/s), at this slope of the flow curve (m³/s) and spool opening (1),
+    /// to the opening offset. A spool that is not where its command leads says nothing about the valve.
     #[inline(always)]
     pub(super) fn average_offset(
         &self,

@@ -1,4 +1,5 @@
-//! The opening offset, by which the valve's flow differs from that of the measured opening: the valve's null bias, and the asymmetry of its flow curve.
+//! The opening offset, by which the valve's flow differs from that of the measured opening: the valve's null bias, and
+//! the asymmetry of its flow curve.
 
 use crate::integrity::integrity;
 use crate::number::Real;
@@ -13,9 +14,9 @@ const LARGEST_ASYMMETRY: f64 = 0.1;
 /// Variance of the opening's size (1) at which half of the asymmetry counts. A spool that hardly moves shows none.
 const LEAST_VARIANCE: f64 = 1.0e-6;
 
-/// Means over some seconds. The opening offset is a null bias, and an asymmetry times the size of the opening. Without the
-/// second part a valve that passes more flow in one direction would seem to have a null bias while it swings. An equal
-/// small error of both directions is in neither, because it has the sign of the opening.
+/// Means over some seconds. The opening offset is a null bias, and an asymmetry times the size of the opening. Without
+/// the second part a valve that passes more flow in one direction would seem to have a null bias while it swings. An
+/// equal small error of both directions is in neither, because it has the sign of the opening.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]

@@ -1,17 +1,17 @@
-//! Notices a motion or a force of the wrong sign while a single sensor shows the motion: the displacement on a rig without
-//! a velocity sensor, or the velocity after the displacement has failed.
+//! Notices a motion or a force of the wrong sign while a single sensor shows the motion: the displacement on a rig
+//! without a velocity sensor, or the velocity after the displacement has failed.
 //!
 //! The flows of valve and oil show the motion a second time: v = b − o, with the sensor's velocity v, and the
 //! velocities b and o by the flows of valve and oil. A wrong sign of the sensor makes it −v = b − o, and one of the
-//! force v = b + o. Each has a cumulative sum of a quarter of the difference between the squared residual of v = b − o and
-//! its own. It is divided by |b − o|, or by a least velocity if that is larger, so that it is a path, and a noise of the
-//! displacement adds no more than itself.
+//! force v = b + o. Each has a cumulative sum of a quarter of the difference between the squared residual of v = b − o
+//! and its own. It is divided by |b − o|, or by a least velocity if that is larger, so that it is a path, and a noise
+//! of the displacement adds no more than itself.
 
 use crate::integrity::integrity;
 use crate::number::Real;
 
-/// Share of the oil's flow that a stiffness from 0.63 to 1.5 times the configured one leaves, and the share that counts if
-/// the force is far from its command: 0.8 to 1.33 times.
+/// Share of the oil's flow that a stiffness from 0.63 to 1.5 times the configured one leaves, and the share that counts
+/// if the force is far from its command: 0.8 to 1.33 times.
 const OIL: f64 = 0.6;
 const OIL_FAR: f64 = 0.25;
 /// Least share of the offset that counts if the force is far from its command.

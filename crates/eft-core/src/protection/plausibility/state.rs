@@ -41,7 +41,10 @@ pub(crate) struct PlausibilityState<T> {
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening.
     pub(super) opening_offset: OpeningOffset<T>,
 }
-integrity!(PlausibilityState<T>: signals, distrusted, balance_blame, has_displacement, last_changes, derivative, velocity, filtered_velocity, balance, motion, stroke, followed, flow_velocity, reversal, load_pressure, opening_offset);
+integrity!(
+    PlausibilityState<T>: signals, distrusted, balance_blame, has_displacement, last_changes, derivative, velocity,
+    filtered_velocity, balance, motion, stroke, followed, flow_velocity, reversal, load_pressure, opening_offset
+);
 
 impl<T: Real> PlausibilityState<T> {
     /// Distrusts a sensor from now on.

@@ -29,7 +29,8 @@ impl<T: Real> Cusum<T> {
     }
 }
 
-/// The velocities (m/s) at which the two sides of a sum last were zero. A delay adds itself times the change since then.
+/// The velocities (m/s) at which the two sides of a sum last were zero. A delay adds itself times the change since
+/// then.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
@@ -72,8 +73,8 @@ impl<T: Real> CusumStart<T> {
     }
 }
 
-/// Which of velocity and displacement changed the flow's balance since their difference began. Only changes count: a wrong
-/// calibration leaves a residual as well, but did not begin with the difference.
+/// Which of velocity and displacement changed the flow's balance since their difference began. Only changes count: a
+/// wrong calibration leaves a residual as well, but did not begin with the difference.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]

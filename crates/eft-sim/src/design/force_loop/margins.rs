@@ -29,8 +29,8 @@ impl Sampled {
         }
     }
 
-    /// Two factors on the gains in the ratio 1.1: the first is stable, and the second unstable if the first is less than
-    /// `enough`. Infinite if no factor is unstable.
+    /// Two factors on the gains in the ratio 1.1: the first is stable, and the second unstable if the first is less
+    /// than `enough`. Infinite if no factor is unstable.
     fn last_stable(&self, gains: Gains, enough: f64) -> Result<(f64, f64)> {
         let (mut low, mut high) = (1.0, 1.0);
         while low < enough && self.is_stable(gains.scaled(high))? {

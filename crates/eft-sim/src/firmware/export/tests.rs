@@ -26,8 +26,8 @@ const OF_THE_PLANT: [&str; 17] = [
     "structure.",
     "sensors.",
 ];
-/// The converter is hardware after the controller, the name is a separate argument, and an identification changes only the
-/// gains of a designed loop, as the plant's keys do.
+/// The converter is hardware after the controller, the name is a separate argument, and an identification changes only
+/// the gains of a designed loop, as the plant's keys do.
 const OF_NEITHER: [&str; 4] = ["dac.range", "dac.bits", "name", "controller.identified_plant"];
 
 /// Rigs in which every key of the controller has an effect at least once.

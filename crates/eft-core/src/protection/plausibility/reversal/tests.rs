@@ -26,8 +26,8 @@ fn watch() -> Plausibility<f64, 21> {
     Plausibility { period: 1e-3, reversal, ..place.unwrap() }
 }
 
-/// A velocity (m/s) by the displacement, and those by the flows of valve and oil, 0.9 s after the start. The spool follows
-/// its command.
+/// A velocity (m/s) by the displacement, and those by the flows of valve and oil, 0.9 s after the start. The spool
+/// follows its command.
 fn moving(velocity: f64, valve: f64, oil: f64) -> PlausibilityState<f64> {
     let mut state = PlausibilityState { opening_offset: known_for(0.9), ..PlausibilityState::default() };
     (state.flow_velocity.valve, state.flow_velocity.oil) = (valve, oil);

@@ -74,8 +74,8 @@ fn velocity_and_displacement_may_differ_by_a_twentieth() {
     let (sums, _) = grown(Steady { travel: 0.4, ..rig });
     near("travel", sums[TRAVEL][1], PERIOD * (0.1 - 0.05 * 0.4 - drift));
     near("ratio", sums[RATIO][1], PERIOD * (0.1 - 0.05 * 0.3));
-    // A velocity that is too large backwards counts as above as well. Below 1 % of the trip level, 12 mm/s, the direction
-    // has a smaller weight.
+    // A velocity that is too large backwards counts as above as well. Below 1 % of the trip level, 12 mm/s, the
+    // direction has a smaller weight.
     let (sums, _) = grown(Steady { velocity: -0.3, travel: -0.2, spool: -0.1, valve_command: -1.0, ..rig });
     near("backwards", sums[RATIO][0], PERIOD * (0.1 - 0.05 * 0.3));
     let (sums, _) = grown(Steady { velocity: 0.006, travel: 0.0, spool: 0.0, valve_command: 0.0, ..rig });
@@ -93,7 +93,8 @@ fn spool_and_command_may_differ_by_three_tenths() {
     assert_eq!(unknown.map(f64::to_bits), [0; 2]);
 }
 
-/// The sums after the first tick from a long rest, in which force (N) and spool (1) step: only the means over the tick pass.
+/// The sums after the first tick from a long rest, in which force (N) and spool (1) step: only the means over the tick
+/// pass.
 fn first(force: f64, spool: f64, fast_velocity: bool) -> [[f64; 2]; 7] {
     let watch = Plausibility { fast_velocity, ..watch() };
     let mut state = PlausibilityState::default();

@@ -142,8 +142,8 @@ fn a_force_jumps_while_it_is_lost_to_the_gate() {
     }
 }
 
-/// Whether a reading this far from its prediction passes the gate of a watch, after lost samples and with a fading step of
-/// the velocity (m/s). The velocity may have a sensor, and may be distrusted.
+/// Whether a reading this far from its prediction passes the gate of a watch, after lost samples and with a fading step
+/// of the velocity (m/s). The velocity may have a sensor, and may be distrusted.
 fn passes([senses, distrusts]: [bool; 2], lost: u32, step: f64, of: usize, beyond: f64) -> bool {
     let mut watch = Plausibility { senses_velocity: senses, force_jump: 10.0, ..watch() };
     (watch.gate.tolerance[FORCE], watch.gate.tolerance[DISPLACEMENT]) = (100.0, 5e-3);

@@ -46,8 +46,8 @@ fn the_flow_separates_a_wrong_sign_from_a_right_one_in_a_slow_motion() {
     }
 }
 
-/// A spool that follows a command of this opening and frequency (Hz) about a null bias (1), with a delay (s) besides the
-/// valve's, and reads with the wrong sign from 1 s on if asked to. Piston and force are at rest.
+/// A spool that follows a command of this opening and frequency (Hz) about a null bias (1), with a delay (s) besides
+/// the valve's, and reads with the wrong sign from 1 s on if asked to. Piston and force are at rest.
 fn follows(opening: f64, frequency: f64, bias: f64, latency: f64, turns: bool) -> Option<(f64, Cause)> {
     let watch = watch();
     let mut state = PlausibilityState::default();
@@ -81,8 +81,8 @@ fn a_spool_of_wrong_sign_is_noticed_at_openings_within_an_overlap() {
     }
 }
 
-/// A blocked piston with the spool swinging about null. There is no flow within an overlap (1), and the load cell reads a
-/// share of the force.
+/// A blocked piston with the spool swinging about null. There is no flow within an overlap (1), and the load cell reads
+/// a share of the force.
 fn held(overlap: f64, share: impl Fn(f64) -> f64) -> Option<(f64, Cause)> {
     const SAMPLES: usize = 4096;
     let spool = |time: f64| 0.015 * libm::sin(core::f64::consts::TAU * 25.0 * time);
@@ -112,8 +112,8 @@ fn a_force_of_wrong_sign_is_noticed_near_null_and_an_overlap_is_not() {
     assert!((start..start + 0.02).contains(&time), "{time}");
 }
 
-/// The time at which the watch names a cause after a null bias (1) has its full flow from the first sample on. The piston
-/// is blocked at a force (N), and the force changes until the spool has compensated for the bias.
+/// The time at which the watch names a cause after a null bias (1) has its full flow from the first sample on. The
+/// piston is blocked at a force (N), and the force changes until the spool has compensated for the bias.
 fn biased(bias: f64, force: f64) -> Option<(f64, Cause)> {
     let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
     let settles = 4e-3;

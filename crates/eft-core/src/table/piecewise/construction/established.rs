@@ -1,4 +1,5 @@
-//! What the constructor establishes of a table, which the proofs of the evaluation (`proofs/lemmas/tables.py`) are given.
+//! What the constructor establishes of a table, which the proofs of the evaluation (`proofs/lemmas/tables.py`) are
+//! given.
 
 extern crate std;
 
