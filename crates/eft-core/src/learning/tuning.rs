@@ -44,7 +44,7 @@ pub const VALVE_GAIN_RATE: f64 = 0.2;
 /// Largest rate (1/s) of either delay over the configured response delay.
 pub const DELAY_RATE: f64 = 2.0;
 /// Largest distance of the velocity's delay from the configured one, over the configured response delay (1).
-pub(crate) const VELOCITY_DELAY_REACH: [f64; 2] = [-1.0, 2.0];
+pub const VELOCITY_DELAY_REACH: [f64; 2] = [-1.0, 2.0];
 /// Weight of the configured flow gain (squared opening × s).
 pub(crate) const FLOW_GAIN_PRIOR: f64 = 1.0e-7;
 /// Weight of the configured valve gain (squared opening × s).

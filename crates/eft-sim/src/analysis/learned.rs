@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use eft_core::learner_tuning::{DELAY_RATE, FLOW_GAIN_RATE, GATE_THRESHOLD, VALVE_GAIN_RATE};
+use eft_core::learner_tuning::{
+    DELAY_RATE, FLOW_GAIN_RATE, GATE_THRESHOLD, VALVE_GAIN_RATE, VELOCITY_DELAY_REACH,
+};
 
 use crate::analysis::linear::{
     Complex, FlowGain, Time, compensated_share, delay_budget, linearize, valve_response,
@@ -76,9 +78,8 @@ pub(crate) fn after_learning(
         });
         return Ok((fixed, vec![Unreached::Rejected(first, valve_gain)]));
     }
-    // The velocity's delay that is found ends twice the configured response delay above the known one.
     let velocity_delay = -motion.used_over_true.arg() / motion.angular;
-    let most = known + 2.0 * rig.compensation.response_delay;
+    let most = known + VELOCITY_DELAY_REACH[1] * rig.compensation.response_delay;
     let mut unfound = (velocity_delay - most).max(0.0);
     let analog = rig.controller.realization == Realization::Analog;
     if analog && rig.controller.force_loop == ForceLoop::Pd {
