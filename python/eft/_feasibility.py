@@ -58,9 +58,9 @@ class Feasibility(Result):
     leakage."""
     force_error: float | None
     """Of the force at small motion, below 20 Hz and with the noise of the sensors, rms over rms. For a
-    command with power above 20 Hz it is that below 100 Hz. With a guard alone on an unstable loop the
-    true error is this or larger. None with more than half of the power above 20 Hz, or without a linear
-    model that is stable, at least after calibration or guard."""
+    command with power above 20 Hz it is that below 100 Hz. It contains the time until calibration or guard
+    have changed the loop. None with more than half of the power above 20 Hz, or without a linear model that
+    is stable, at least after calibration or guard."""
     displacement_error: float | None
     """Of the displacement against the ideal one, likewise."""
     left_out: tuple[str, ...]
@@ -81,10 +81,12 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     result. ``eft check`` runs such a test. A loop in which a deviation grows 20 times until self-calibration
     has found gains and delays, at the learner's largest rates, is a "no".
 
-    The errors of force and displacement are those of the linear model in the long run, after a
-    self-calibration as far as its estimates reach. All controllers of a building are taken to learn the same.
-    With a guard alone they are those at the configured level until the motion is large enough for it, and
-    those at the reduced level from then on. In an unstable loop the motion grows until the guard stops it.
+    The errors of force and displacement are those of the linear model at small motion. With self-calibration
+    its estimates move to the learned values at their largest rates, from the first motion that is large
+    enough to learn from, and the guard reduces the level meanwhile. A flow or valve gain that differs so
+    much that the learner takes it for the fault of a sensor is not learned. All controllers of a building are
+    taken to learn the same. With a guard alone the level is the configured one until the motion is large
+    enough for it, also in an unstable loop.
     A large opening, a limit, or a signal that stays within one step for many samples makes larger errors.
     They contain:
 

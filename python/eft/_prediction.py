@@ -53,7 +53,7 @@ class Prediction(NamedTuple):
 
 
 def predicted(rig: Rig, command: Command) -> Prediction | None:
-    """The errors of a test, after a self-calibration; None where the linear model has none."""
+    """The errors of a test, with its self-calibration; None where the linear model has none."""
     found = _native.predicted_errors(rig, command)
     if found is None:
         return None
@@ -131,7 +131,7 @@ def _of_unreached(rig: Rig, rate: float, what: str, needed: float, nearest: floa
     if what == "rejected":
         return (
             f"The flow gain is {needed:.2f} and the valve gain {nearest:.2f} times the configured one. "
-            "Self-calibration takes so small a flow for the fault of a sensor, and learns nothing."
+            "Self-calibration takes such a difference for the fault of a sensor, and learns nothing."
         )
     if what == "delay":
         bound = "longest" if needed > nearest else "shortest"

@@ -6,7 +6,7 @@ pub(crate) const MAINS: f64 = 58.0;
 /// Corner of the estimators' two equal low-passes (Hz). With the zero they pass as much noise as 12 Hz without it.
 pub(crate) const LOW_PASS: f64 = 13.0;
 /// Corner of the estimators' high-pass (Hz).
-pub(crate) const HIGH_PASS: f64 = 0.1;
+pub const HIGH_PASS: f64 = 0.1;
 /// Shortest memory (s), at strong motion.
 pub(crate) const MEMORY: f64 = 0.25;
 /// Evidence (squared opening × s) at which half of the forgetting of the shortest memory is reached.

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use eft_core::guard_tuning::{LOWEST_LEVEL, TOLERATED, TOLERATED_WITH_INTEGRAL};
 
-use crate::analysis::learned::motion;
 use crate::analysis::linear::{Complex, compensated_share, delay_budget, lead_response, valve_response};
+use crate::analysis::motion::motion;
 use crate::config::RigConfig;
 use crate::error::Result;
 
@@ -19,8 +19,6 @@ pub(crate) struct Guarded {
     pub rig: RigConfig,
     /// Overcompensation (1) at the rig's own level, over the tolerated one.
     pub excess: f64,
-    /// Frequency (rad/s) of the motion.
-    pub angular: f64,
 }
 
 /// The rig after its guard, without self-calibration, has reduced the level at a sample rate (Hz); `None` if the guard does
@@ -58,6 +56,6 @@ pub(crate) fn after_guard(rig: &RigConfig, gain: f64, sample_rate: f64) -> Resul
     Ok((excess > 1.0).then(|| {
         let factor = ((whole / full).max(LOWEST_LEVEL) / less).min(1.0);
         let rig = lasting.varied(|values| values.compensation.level *= factor);
-        Guarded { rig, excess, angular: motion.angular }
+        Guarded { rig, excess }
     }))
 }

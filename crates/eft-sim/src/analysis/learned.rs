@@ -2,38 +2,32 @@
 
 use std::f64::consts::TAU;
 
-use eft_core::learner_tuning::{
-    DELAY_RATE, FLOW_GAIN_RATE, GATE_THRESHOLD, VALVE_GAIN_RATE, VELOCITY_DELAY_REACH,
-};
+use eft_core::learner_tuning::{GATE_THRESHOLD, VELOCITY_DELAY_REACH};
 
-use crate::analysis::linear::{
-    Complex, FlowGain, Time, compensated_share, delay_budget, linearize, valve_response,
-};
+use crate::analysis::guarded::after_guard;
+use crate::analysis::linear::{compensated_share, delay_budget, valve_response};
+use crate::analysis::motion::motion;
 use crate::config::{ForceLoop, Realization, RigConfig};
-use crate::error::{Error, Result};
-use crate::state_space::Responses;
+use crate::error::Result;
 
-/// Band (Hz) of a motion, and the number of frequencies in it.
-const MOTION: (f64, f64) = (0.2, 12.0);
-const FREQUENCIES: i32 = 100;
 /// Band (Hz) of the delay budget.
 const BUDGET: (f64, f64) = (0.25, 10.0);
 /// Longest response delay (s) that a rig may have.
 const LONGEST: f64 = 1.0;
+/// Opening (1) from which on the gate rejects, over that from which on it learns, and the share (1) of its threshold
+/// that it allows after a rejection.
+const JUDGED: f64 = 1.5;
+const CAUTIOUS: f64 = 0.5;
 /// Share of the flow (1) by which the curve correction extends the lowest flow gain.
 const BY_CURVE: f64 = 0.2;
-/// Time (s) until the first windows have a motion to learn from.
-const FIRST_WINDOWS: f64 = 0.1;
-/// Number of times at which the growth of a loop that is being calibrated is found.
-const TIMES: i32 = 6;
 /// Samples of the shortest response delay.
 const SHORTEST: f64 = 2.0;
 
 /// An estimate that self-calibration needs and does not reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unreached {
-    /// Flow gain and valve gain over the configured ones (1): the learner takes the smaller flow for a fault of a sensor, and
-    /// learns nothing.
+    /// Flow gain and valve gain over the configured ones (1): the learner takes such a difference for the fault of a
+    /// sensor, and learns nothing. Its guard reduces the level.
     Rejected(f64, f64),
     /// A flow gain over the configured one (1), and its lowest.
     FlowGain(f64, f64),
@@ -50,30 +44,39 @@ pub enum Unreached {
 /// not in the result.
 ///
 /// # Errors
-/// As [`linearize`]; a design that does not exist at this rate.
+/// As [`linearize`](crate::analysis::linear::linearize); a design that does not exist at this rate.
 pub fn learned(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
-    Ok(after_learning(&rig.with_known_lap(), 1.0, sample_rate)?.0)
+    let (rig, _) = after_learning(rig, 1.0, sample_rate)?;
+    Ok(after_guard(&rig, 1.0, sample_rate)?.map_or(rig, |guarded| guarded.rig))
 }
 
-/// As [`learned`], and what self-calibration needs and does not reach. An excess of flow is not among it, because the guard then
-/// reduces the level. The rig's flow has this gain (1) because of its openings; the estimate follows them as they grow.
+/// As [`learned`], and what self-calibration needs and does not reach. A flow beyond the largest gain is not among it,
+/// because the guard then reduces the level. The rig's flow has this gain (1) because of its openings; the estimate
+/// follows them as they grow.
 pub(crate) fn after_learning(
     rig: &RigConfig,
     gain: f64,
     sample_rate: f64,
 ) -> Result<(RigConfig, Vec<Unreached>)> {
+    let lap = rig.plant().servovalve.overlap - rig.servovalve.overlap;
+    let rig = &rig.with_known_lap();
     let calibrated = calibrated(rig, sample_rate)?;
-    let motion = motion(&calibrated, sample_rate)?;
-    let valve = valve_response(rig, motion.angular / TAU) / rig.compensation.valve_gain;
-    let passed = valve * motion.used_over_true;
     let level = rig.compensation.level;
     let share = if level > 0.0 { compensated_share(&calibrated)? / level } else { 1.0 };
+    let valve_at = |frequency: f64| valve_response(rig, frequency) / rig.compensation.valve_gain;
+    // The estimates that last are those from the motion with learned gains.
+    let with_gains = calibrated.varied(|values| values.compensation.level /= share * valve_at(0.0).norm());
+    let motion = motion(&with_gains, sample_rate)?;
+    let valve = valve_at(motion.angular / TAU);
+    let passed = valve * motion.used_over_true;
     let (flow_gain, valve_gain) = (share * motion.used_over_true.norm(), valve.norm());
     let known = rig.compensation.velocity_delay + rig.velocity_delay(sample_rate)?;
     let first = flow_gain / gain;
-    if first * valve_gain < 1.0 && unexplained(first, valve_gain) > GATE_THRESHOLD {
+    let limits = &rig.compensation.learning;
+    if rejected(first, valve_gain, lap / (JUDGED * limits.excitation)) {
         let fixed = rig.with_fixed_gains(sample_rate)?.varied(|values| {
             values.compensation.adaptive = false;
+            values.compensation.guard = true;
             values.compensation.velocity_delay = known;
         });
         return Ok((fixed, vec![Unreached::Rejected(first, valve_gain)]));
@@ -89,7 +92,6 @@ pub(crate) fn after_learning(
     let budget = delay_budget(rig, sample_rate, BUDGET)?;
     let late = budget.hold + budget.computation - unfound;
     let asked = Lead::with_phase(motion.angular * late - passed.arg(), rig.compensation.lead_alpha);
-    let limits = &rig.compensation.learning;
     let response_delay = rig.compensation.response_delay;
     let shortest = (limits.shortest_delay * response_delay).max(SHORTEST / sample_rate);
     let longest =
@@ -114,42 +116,15 @@ pub(crate) fn after_learning(
     Ok((rig, unreached.into_iter().flatten().collect()))
 }
 
-/// Exponent (1) by which a deviation grows until self-calibration has found gains and delays, at the learner's largest rates and
-/// at a sample rate (Hz); 0 for a loop that is stable at first.
-///
-/// # Errors
-/// As [`learned`].
-pub fn growth_until_learned(rig: &RigConfig, sample_rate: f64) -> Result<f64> {
-    let told = rig.with_known_lap();
-    let (learned, _) = after_learning(&told, 1.0, sample_rate)?;
-    let (first, last) = (&rig.compensation, &learned.compensation);
-    if first.level == 0.0 || last.level == 0.0 {
-        return Ok(0.0);
-    }
-    let delays = [first.response_delay + first.velocity_delay, last.response_delay + last.velocity_delay];
-    let (gain, delay) = (first.level / last.level, delays[1] - delays[0]);
-    let valve_gain = valve_response(rig, 0.0).norm() / first.valve_gain;
-    let flow_gain = gain / valve_gain;
-    let for_flow = (flow_gain - 1.0).abs() / FLOW_GAIN_RATE;
-    let for_valve = (valve_gain - 1.0).abs() / VALVE_GAIN_RATE;
-    let for_delay = delay.abs() / (DELAY_RATE * first.response_delay);
-    let duration = FIRST_WINDOWS + for_flow.max(for_valve).max(for_delay);
-    let growth = |time: f64| {
-        let found =
-            |needed: f64| if needed > 0.0 { ((time - FIRST_WINDOWS) / needed).clamp(0.0, 1.0) } else { 1.0 };
-        let rig = learned.varied(|values| {
-            let flow_gain = 1.0 + (flow_gain - 1.0) * found(for_flow);
-            let valve_gain = 1.0 + (valve_gain - 1.0) * found(for_valve);
-            values.compensation.level = first.level / (flow_gain * valve_gain);
-            values.compensation.response_delay = delays[0] + delay * found(for_delay);
-        });
-        linearize(&rig, FlowGain::Mean, Time::Sampled(sample_rate))?.growth_rate()
-    };
-    if growth(0.0)? <= 0.0 {
-        return Ok(0.0);
-    }
-    let rates = (0..TIMES).map(|i| Ok(growth(duration * (f64::from(i) + 0.5) / f64::from(TIMES))?.max(0.0)));
-    Ok(rates.sum::<Result<f64>>()? * duration / f64::from(TIMES))
+/// Whether the learner's gate refuses these gains (1) all through a test, with an unknown lap over the opening at which the gate
+/// judges first (1).
+fn rejected(flow_gain: f64, valve_gain: f64, lap: f64) -> bool {
+    let at_first = flow_gain * (1.0 - lap).max(0.0);
+    // A flow that is on the other side of the configured one at first is accepted on its way.
+    let passes = (at_first - 1.0) * (flow_gain - 1.0) < 0.0;
+    !passes
+        && unexplained(at_first, valve_gain) > GATE_THRESHOLD
+        && unexplained(flow_gain, valve_gain) > CAUTIOUS * GATE_THRESHOLD
 }
 
 /// Squared error of the learner's models of flow and spool before it has learned these gains (1), as a share of the signals'
@@ -169,42 +144,6 @@ fn calibrated(rig: &RigConfig, sample_rate: f64) -> Result<RigConfig> {
             values.servovalve.true_flow_table.clone_from(&table);
         }
     }))
-}
-
-/// Root-mean-square frequency of a motion.
-pub(super) struct Motion {
-    /// In rad/s.
-    pub(super) angular: f64,
-    /// The velocity in use over the true one, at this frequency.
-    pub(super) used_over_true: Complex<f64>,
-}
-
-pub(super) fn motion(rig: &RigConfig, sample_rate: f64) -> Result<Motion> {
-    let model = linearize(rig, FlowGain::Nominal, Time::Sampled(sample_rate))?;
-    // In a building that of the top floor under its own force, which is mostly that of the first mode. All controllers are taken
-    // to learn the same.
-    let row = |quantity: &str| model.outputs.iter().rposition(|name| name.starts_with(quantity));
-    let rows: Vec<usize> = ["velocity", "measured_velocity"].into_iter().filter_map(row).collect();
-    let responses = Responses::new(&model, &rows);
-    let top = model.inputs.len().saturating_sub(1);
-    let at = |frequency: f64| {
-        let found = responses.at(Complex::from_polar(1.0, TAU * frequency / sample_rate));
-        let found = found.ok_or_else(|| {
-            Error::value("frequency of the motion", frequency, "must not lie on a pole of the model")
-        })?;
-        Ok::<_, Error>([found[(0, top)], found[(1, top)]])
-    };
-    let (mut moments, mut squares) = (0.0, 0.0);
-    for i in 0..FREQUENCIES {
-        let along = f64::from(i) / f64::from(FREQUENCIES - 1);
-        let frequency = MOTION.0 * (MOTION.1 / MOTION.0).powf(along);
-        let square = at(frequency)?[0].norm_sqr();
-        moments += square * frequency * frequency;
-        squares += square;
-    }
-    let frequency = (moments / squares).sqrt();
-    let [true_velocity, used] = at(frequency)?;
-    Ok(Motion { angular: TAU * frequency, used_over_true: used / true_velocity })
 }
 
 /// A lead network at one frequency.
@@ -257,6 +196,25 @@ mod tests {
         for adaptive in [true, false] {
             let (with, without) = (level(-1e-3, adaptive), level(0.0, adaptive));
             assert!((with - without).abs() < 1e-9 && without < 0.9, "{adaptive}: {with} {without}");
+        }
+    }
+
+    #[test]
+    fn a_lap_makes_the_gate_refuse_gains_that_it_would_accept() {
+        for (flow_gain, lap, refused) in [
+            (0.66, 0.0, true),
+            (0.7, 0.0, false),
+            (1.37, 0.0, false),
+            (1.4, 0.0, true),
+            (0.78, 0.5, false),
+            (0.76, 0.5, true),
+            (1.24, -0.5, false),
+            (1.28, -0.5, true),
+            (1.5, 0.5, false),
+            (1.45, 0.1, false),
+            (0.6, -1.0, false),
+        ] {
+            assert_eq!(rejected(flow_gain, 1.0, lap), refused, "{flow_gain} {lap}");
         }
     }
 

@@ -1,12 +1,16 @@
 //! Analyses of a rig before a test.
 
+mod course;
 pub mod feasibility;
 mod guarded;
 mod learned;
 pub mod linear;
+mod motion;
 pub mod prediction;
 
+pub(crate) use course::Course;
+pub use course::growth_until_learned;
 pub use guarded::guarded;
 pub(crate) use guarded::{Guarded, after_guard};
 pub(crate) use learned::after_learning;
-pub use learned::{Unreached, growth_until_learned, learned};
+pub use learned::{Unreached, learned};

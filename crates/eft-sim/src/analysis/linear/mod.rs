@@ -17,7 +17,7 @@ mod sampled;
 mod velocity;
 mod velocity_signal;
 
-pub(crate) use about_rest::about_rest;
+pub(crate) use about_rest::{AboutRest, about_rest};
 pub use delay_budget::{DelayBudget, delay_budget};
 pub(crate) use disturbance::Disturbance;
 pub use gains::FlowGain;

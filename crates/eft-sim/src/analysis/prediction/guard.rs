@@ -1,8 +1,9 @@
-//! When a guard alone acts in a test, and the errors until then.
+//! The overcompensation guard in a test.
 
 use std::f64::consts::TAU;
 
-use eft_core::guard_tuning::{AVERAGE, LOW_PASS, QUIET, REMOVAL};
+use eft_core::guard_tuning::{AVERAGE, LOW_PASS, LOWEST_LEVEL, QUIET, REMOVAL};
+use eft_core::learner_tuning::HIGH_PASS;
 
 use crate::analysis::Guarded;
 use crate::analysis::linear::{Complex, StateSpace};
@@ -10,73 +11,82 @@ use crate::analysis::prediction::signals::{Faded, Signals};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 
-/// Time (s) for which an unstable motion grows after the guard has begun.
-const GROWS_ON: f64 = 0.3;
-/// Exponent (1) from which on the motion is so large that no estimate is needed.
-const ENDS: f64 = 5.0;
-/// Growth (1) by which an unstable motion certainly reaches the guard's threshold during a test.
-const CERTAIN: f64 = 10.0;
+/// Ratio of the slower average to the other.
+const SLOWER: f64 = 4.0;
 
-/// The sample by which the guard has reduced the level of a stable loop with this model; `None` if the motion stays too small.
-pub(super) fn reduced(guarded: &Guarded, model: &StateSpace, commands: &[Command]) -> Result<Option<usize>> {
-    let Some(faded) = Faded::of(commands)? else { return Ok(None) };
-    let rate = commands[0].sample_rate;
+/// Whether a guard changes the level of a stable loop with this model: not if the motion stays too small.
+pub(super) fn acts(guarded: &Guarded, model: &StateSpace, commands: &[Command]) -> Result<bool> {
+    let Some(faded) = Faded::of(commands)? else { return Ok(false) };
     // The guard compares the excess with the square of the velocity over the sum of both squares.
     let quiet = QUIET * QUIET;
     let enough = quiet * (1.0 / (guarded.excess - 1.0)).max(1.0);
-    let mut first: Option<usize> = None;
     for own in Signals::of(model, commands, &faded)? {
         let low_pass = |bin: usize| Complex::new(1.0, faded.frequency(bin) / LOW_PASS).powi(-2);
         let passed = own.velocity.iter().enumerate().map(|(bin, value)| value * low_pass(bin)).collect();
-        let (mut mean, mut removed, mut began) = (0.0, 0.0, false);
-        for (sample, velocity) in faded.signal(passed)?.enumerate() {
-            mean += (velocity * velocity - mean) / (AVERAGE * rate);
-            began |= mean > enough;
-            if began {
-                removed += mean / (mean + quiet) / (REMOVAL * rate);
-            }
-            if removed > 1.0 {
-                first = Some(first.map_or(sample, |first| first.min(sample)));
-                break;
+        let mut mean = 0.0;
+        for velocity in faded.signal(passed)? {
+            mean += (velocity * velocity - mean) / (AVERAGE * faded.sample_rate);
+            if mean > enough {
+                return Ok(true);
             }
         }
     }
-    Ok(first)
+    Ok(false)
 }
 
-/// The signals of a test whose loop changes at a sample.
-pub(super) fn switched(
-    before: Vec<Signals>,
-    after: Vec<Signals>,
-    faded: &Faded,
-    sample: usize,
-) -> Result<Vec<Signals>> {
-    let joined = |before, after| {
-        let (before, after) = (faded.signal(before)?, faded.signal(after)?);
-        faded.spectrum(before.take(sample).chain(after.skip(sample)).collect::<Vec<_>>())
-    };
-    before
-        .into_iter()
-        .zip(after)
-        .map(|(before, after)| {
-            Ok(Signals {
-                missed_force: joined(before.missed_force, after.missed_force)?,
-                missed_motion: joined(before.missed_motion, after.missed_motion)?,
-                ..after
-            })
-        })
-        .collect()
+/// A guard on a loop with more compensation than it tolerates. All controllers of a building are taken to have the same
+/// level.
+pub(super) struct Guard {
+    /// Factor (1) on the level.
+    pub(super) level: f64,
+    time: f64,
+    motions: Vec<Motion>,
+    /// Mean square of the velocity (m²/s²) times the overcompensation that is seen.
+    pumped: f64,
+    /// Mean squares of the velocity (m²/s²), the second over a longer time.
+    squares: [f64; 2],
 }
 
-/// Root mean square (m) over a test of the motion by which an unstable loop grows until the guard acts and stops it, at least:
-/// it must exceed the guard's threshold. 0 for a growth that a test (s) may not have time for. The growth rates (1/s) are those
-/// before and after.
-pub(super) fn swing(guarded: &Guarded, growth: f64, after: f64, duration: f64) -> f64 {
-    if growth * duration < CERTAIN {
-        return 0.0;
+/// An actuator's velocity (m/s) as its guard sees it.
+#[derive(Clone, Copy, Default)]
+struct Motion {
+    /// After one and after two low-passes.
+    passed: [f64; 2],
+    /// Mean of the velocity times the overcompensation, which the guard takes for an offset.
+    offset: f64,
+}
+
+impl Guard {
+    pub(super) fn at_rest(actuators: usize) -> Self {
+        let motions = vec![Motion::default(); actuators];
+        Self { level: 1.0, time: 0.0, motions, pumped: 0.0, squares: [0.0; 2] }
     }
-    let by_filters = 1.0 + (guarded.angular / (TAU * LOW_PASS)).powi(2);
-    let largest = QUIET * by_filters / guarded.angular * libm::exp((growth * GROWS_ON).min(ENDS));
-    let time = 0.5 / growth - 0.5 / after.min(-0.5 / duration);
-    largest * (time.min(duration) / duration).sqrt()
+
+    /// Adds the velocities (m/s) of a sample (s) with an overcompensation (1).
+    pub(super) fn observe<'a>(&mut self, velocities: impl Iterator<Item = &'a f64>, over: f64, step: f64) {
+        let (share, count) = (TAU * LOW_PASS * step, self.motions.len() as f64);
+        self.time += step;
+        let of_offset = (step / self.time).max(TAU * HIGH_PASS * step);
+        let (mut square, mut pumped) = (0.0, 0.0);
+        for (Motion { passed: [once, twice], offset }, velocity) in self.motions.iter_mut().zip(velocities) {
+            *once += share * (velocity - *once);
+            *twice += share * (*once - *twice);
+            *offset += of_offset * (over * *twice - *offset);
+            square += *twice * *twice / count;
+            pumped += (over * *twice - *offset) * *twice / count;
+        }
+        self.pumped += (pumped - self.pumped) * step / AVERAGE;
+        for (mean, time) in self.squares.iter_mut().zip([AVERAGE, SLOWER * AVERAGE]) {
+            *mean += (square - *mean) * step / time;
+        }
+    }
+
+    /// Acts for a time (s).
+    pub(super) fn act(&mut self, time: f64) {
+        let ([square, slow], quiet) = (self.squares, QUIET * QUIET);
+        if square > quiet && (square > slow || self.level < 1.0) {
+            let change = self.pumped / (square + quiet) * time / REMOVAL;
+            self.level = (self.level - change).clamp(LOWEST_LEVEL, 1.0);
+        }
+    }
 }

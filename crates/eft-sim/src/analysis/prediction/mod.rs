@@ -4,19 +4,22 @@ mod curve;
 mod guard;
 mod nonlinear;
 mod signals;
+mod sizes;
+mod transition;
 mod underlap;
 mod unmodelled;
 
 use self::nonlinear::{NOTICED, Unknown};
-use self::signals::{Faded, Signals, Spectrum};
+use self::signals::{Faded, Signals};
+pub use self::sizes::PredictedError;
+use self::sizes::Sizes;
 use self::underlap::Oscillation;
 pub use self::unmodelled::Play;
-use crate::analysis::linear::{Complex, FlowGain, StateSpace, about_rest, disturbed};
-use crate::analysis::{Unreached, after_guard, after_learning};
+use crate::analysis::linear::{FlowGain, StateSpace, about_rest, disturbed};
+use crate::analysis::{Course, Unreached, after_guard, after_learning};
 use crate::config::{ForceLoop, RigConfig};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
-use crate::metrics::OIL_COLUMN;
 use crate::state_space::AT_REST;
 
 /// Key of the valve's null.
@@ -57,23 +60,11 @@ pub struct Prediction {
     pub left_out: Vec<String>,
 }
 
-/// One predicted error and its parts, rms over rms (1).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PredictedError {
-    /// All parts together.
-    pub whole: f64,
-    /// The part that noise of the sensors and resolution of the converters cause.
-    pub noise: f64,
-    /// The part of constant causes: biases, and a null that the controller does not know.
-    pub constant: f64,
-}
-
-/// The errors of a test with force commands, one per actuator, in the long run: below 20 Hz, or below 100 Hz
-/// for a command with power above 20 Hz.
+/// The errors of a test with force commands, one per actuator: below 20 Hz, or below 100 Hz for a command with power
+/// above 20 Hz.
 ///
-/// With self-calibration they are those after it. With a guard alone they are those of the configured level until it acts, and of
-/// the reduced one from then on. Of an unstable loop they are then at least these. `None` without a stable linear model, or with
-/// more than half of the command's power above 20 Hz.
+/// Self-calibration and guard change the loop during the test, as the motion in it lets them. `None` without a linear
+/// model that is stable at last, or with more than half of the command's power above 20 Hz.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
@@ -140,8 +131,8 @@ struct Loop {
     rig: RigConfig,
     model: StateSpace,
     signals: Vec<Signals>,
-    /// Root mean square (m) of the motion before a guard stops it.
-    swing: f64,
+    /// The way to this loop, if it is not the first one.
+    course: Option<Course>,
     unreached: Vec<Unreached>,
 }
 
@@ -149,29 +140,24 @@ impl Loop {
     /// With this gain (1) of the true valve over that about rest.
     fn of(rig: &RigConfig, gain: f64, commands: &[Command], faded: &Faded) -> Result<Self> {
         let rate = faded.sample_rate;
-        // An unknown lap disturbs the loop with the known one.
-        let told = rig.with_known_lap().varied(|values| values.servovalve.flow_gain_scale *= gain);
+        let told = rig.varied(|values| values.servovalve.flow_gain_scale *= gain);
         let learns = rig.compensation.adaptive;
+        // An unknown lap disturbs the loop with the known one.
         let (mut rig, unreached) =
-            if learns { after_learning(&told, gain, rate)? } else { (told, Vec::new()) };
+            if learns { after_learning(&told, gain, rate)? } else { (told.with_known_lap(), Vec::new()) };
+        let rejected = unreached.iter().any(|one| matches!(one, Unreached::Rejected(..)));
+        let learned = learns && !rejected && rig.compensation.level > 0.0;
+        let mut course = learned.then(|| Course::of(&told, &rig, rate)).transpose()?;
         let mut model = disturbed(&rig, FlowGain::Mean, rate)?;
-        let (mut before, mut swing) = (None, 0.0);
-        if let Some(guarded) = after_guard(&rig, gain, rate)? {
-            let growth = model.growth_rate()?;
-            if growth > AT_REST {
-                model = disturbed(&guarded.rig, FlowGain::Mean, rate)?;
-                swing = guard::swing(&guarded, growth, model.growth_rate()?, faded.duration());
-                rig = guarded.rig;
-            } else if let Some(sample) = guard::reduced(&guarded, &model, commands)? {
-                let whole = std::mem::replace(&mut model, disturbed(&guarded.rig, FlowGain::Mean, rate)?);
-                (rig, before) = (guarded.rig, Some((whole, sample)));
-            }
+        if let Some(guarded) = after_guard(&rig, gain, rate)?
+            && (model.growth_rate()? > AT_REST || guard::acts(&guarded, &model, commands)?)
+        {
+            course = course.or_else(|| Some(Course::resting(&rig, gain)));
+            rig = guarded.rig;
+            model = disturbed(&rig, FlowGain::Mean, rate)?;
         }
-        let mut signals = Signals::of(&model, commands, faded)?;
-        if let Some((before, sample)) = before {
-            signals = guard::switched(Signals::of(&before, commands, faded)?, signals, faded, sample)?;
-        }
-        Ok(Self { rig, model, signals, swing, unreached })
+        let signals = Signals::of(&model, commands, faded)?;
+        Ok(Self { rig, model, signals, course, unreached })
     }
 }
 
@@ -184,10 +170,13 @@ fn errors(
     faded: &Faded,
     commands: &[Command],
 ) -> Result<Prediction> {
-    let Loop { rig: judged, model, mut signals, swing, unreached } = test;
+    let Loop { rig: judged, model, mut signals, course, unreached } = test;
     // Noise acts at every opening of the motion, where the curve is less steep than at rest.
     let slope = if unknown.has_curve() { FlowGain::Mean } else { FlowGain::Nominal };
     let mut at_rest = about_rest(&tied(&judged, faded.duration()), slope, faded.sample_rate)?;
+    if let Some(course) = course {
+        transition::add(&course, (&judged, &model), commands, faded, &mut signals)?;
+    }
     let mut left_out = left_out(rig, &model);
     let null_learned = learns_null(rig);
     if null_learned {
@@ -200,39 +189,9 @@ fn errors(
     if unknown.any() {
         unknown.disturb(&judged, &model, gain, faded, &mut signals)?;
     }
-    let none = PredictedError { whole: 0.0, noise: 0.0, constant: 0.0 };
-    let (mut force, mut displacement, mut opening, mut null) = (none, none, 0.0_f64, 0.0_f64);
-    let (mut oscillation, mut known) = (none, none);
-    for (i, own) in signals.into_iter().enumerate() {
-        null = null.max(faded.rms(own.by_null[0].clone(), 0.0)?);
-        let swings = about_null.as_ref().map_or(Ok([0.0; 2]), |found| found.sizes(i, &own, faded))?;
-        let rings = about_null
-            .as_ref()
-            .map_or(0.0, |found| if within_oil(found.frequency) { swings[0] } else { 0.0 });
-        let error = |which: usize, missed: Spectrum, wanted: f64| {
-            let held = at_rest.constants.iter().map(|(_, all)| all[i][which]).sum();
-            let noise = at_rest.deviations[i][which];
-            let swing = if which == 1 { swing } else { 0.0 };
-            let whole = faded.rms(missed, held)?.hypot(noise).hypot(swing).hypot(swings[which]);
-            let constant = faded.rms(own.by_null[which].clone(), held)?;
-            Ok::<_, Error>([whole, noise, constant].map(|part| part / wanted))
-        };
-        let mut oil = own.missed_force.clone();
-        let slow = (0..oil.len()).take_while(|bin| faded.frequency(*bin) < OIL_COLUMN.0).count();
-        oil[..slow].fill(Complex::ZERO);
-        let (oil, noise) = (faded.rms(oil, 0.0)?, at_rest.oscillations[i]);
-        let wanted = faded.rms(own.command, 0.0)?;
-        oscillation =
-            oscillation.or_larger([oil.hypot(noise).hypot(rings), noise, 0.0].map(|part| part / wanted));
-        let followed = error(0, own.missed_force, wanted)?;
-        known = known.or_larger(followed);
-        let [whole, noise, constant] = followed;
-        force = force.or_larger([whole.hypot(faded.unfollowed(&commands[i])?), noise, constant]);
-        let wanted = faded.rms(own.ideal_motion, 0.0)?;
-        displacement = displacement.or_larger(error(1, own.missed_motion, wanted)?);
-        opening = opening.max(faded.rms(own.opening, 0.0)?);
-    }
-    if faded.beyond > NOTICED * known.whole.powi(2) {
+    let sizes = Sizes::of(signals, (&at_rest, about_null.as_ref()), commands, faded)?;
+    let Sizes { force, displacement, oscillation, opening, .. } = sizes;
+    if faded.beyond > NOTICED * sizes.followed.whole.powi(2) {
         left_out.push(format!("command above {:.0} Hz", faded.highest()));
     }
     let play = unmodelled::play(rig, &judged, commands)?;
@@ -240,7 +199,7 @@ fn errors(
     left_out.extend(noticed.into_iter().map(String::from));
     let largest = |all: &Vec<[f64; 2]>| all.iter().map(|one| one[0].abs()).fold(0.0, f64::max);
     let mut constants: Vec<_> = at_rest.constants.iter().map(|(key, all)| (*key, largest(all))).collect();
-    constants.extend((null > 0.0).then_some((NULL, null)));
+    constants.extend((sizes.null > 0.0).then_some((NULL, sizes.null)));
     let overlap = "servovalve.overlap";
     if unknown.is_large(opening, force.whole) && !left_out.iter().any(|key| key == overlap) {
         left_out.push(overlap.into());
@@ -257,25 +216,6 @@ fn errors(
         unreached,
         left_out,
     })
-}
-
-impl PredictedError {
-    /// The larger of each part. An actuator without a command has no error.
-    fn or_larger(self, [whole, noise, constant]: [f64; 3]) -> Self {
-        if !whole.is_finite() {
-            return self;
-        }
-        Self {
-            whole: self.whole.max(whole),
-            noise: self.noise.max(noise),
-            constant: self.constant.max(constant),
-        }
-    }
-}
-
-/// Whether a frequency (Hz) is one at which the oil column oscillates.
-fn within_oil(frequency: f64) -> bool {
-    (OIL_COLUMN.0..OIL_COLUMN.1).contains(&frequency)
 }
 
 /// Keys of a rig whose effect the prediction does not contain.
@@ -334,7 +274,5 @@ mod tests {
         }
         let huge = Command::new(vec![1e308, -1e308, 1e308, 1e308], 4096.0).unwrap();
         assert_eq!(predict(&rig, &[huge]).unwrap(), None);
-        let none = PredictedError { whole: 0.0, noise: 0.0, constant: 0.0 };
-        assert_eq!(none.or_larger([f64::NAN, 1.0, 2.0]), none);
     }
 }

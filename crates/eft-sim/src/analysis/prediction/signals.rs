@@ -137,11 +137,15 @@ impl Faded {
         Ok(within.sum::<Result<f64>>()? / whole)
     }
 
+    /// Factor (1) from sample to sample of a signal that has this bin only.
+    pub(super) fn turn(&self, bin: usize) -> Complex<f64> {
+        Complex::from_polar(self.growth(), TAU * bin as f64 / self.length as f64)
+    }
+
     /// The responses of a model at a bin.
     pub(super) fn responses(&self, model: &Responses, bin: usize) -> Result<DMatrix<Complex<f64>>> {
         interruption::check()?;
-        let turn = Complex::from_polar(self.growth(), TAU * bin as f64 / self.length as f64);
-        model.at(turn).ok_or_else(|| on_a_pole(self.frequency(bin)))
+        model.at(self.turn(bin)).ok_or_else(|| on_a_pole(self.frequency(bin)))
     }
 }
 
@@ -190,12 +194,17 @@ impl Signals {
 
 /// The responses of some quantities, those of all actuators one after another.
 pub(super) fn outputs(model: &StateSpace, quantities: &[&str]) -> Responses {
+    Responses::new(model, &rows(model, quantities))
+}
+
+/// The indices of these outputs.
+pub(super) fn rows(model: &StateSpace, quantities: &[&str]) -> Vec<usize> {
     let rows = |quantity: &&str| {
         let named = model.outputs.iter().enumerate();
         let found = named.filter(|(_, name)| name.split('_').next() == Some(*quantity));
         found.map(|(row, _)| row).collect::<Vec<_>>()
     };
-    Responses::new(model, &quantities.iter().map(rows).collect::<Vec<_>>().concat())
+    quantities.iter().map(rows).collect::<Vec<_>>().concat()
 }
 
 /// The motion of the structure under forces, as under the commands that make them. The first rows of `all` are

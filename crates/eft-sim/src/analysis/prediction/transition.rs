@@ -1,0 +1,106 @@
+//! The signals of a test until self-calibration or guard have changed the loop. It changes from block to block.
+
+use nalgebra::DVector;
+
+use crate::analysis::Course;
+use crate::analysis::linear::{DMatrix, FlowGain, StateSpace, Time, linearize};
+use crate::analysis::prediction::guard::Guard;
+use crate::analysis::prediction::signals::{Faded, Signals, outputs, rows};
+use crate::config::RigConfig;
+use crate::error::Result;
+use crate::ground_motion::excitation::Command;
+
+/// Time (s) in which the loop stays the same.
+const BLOCK: f64 = 0.05;
+/// Difference (1) of the level from the last one that ends the transition.
+const REACHED: f64 = 1e-2;
+
+/// Adds to the signals of the last loop, with its rig and its model, what a test misses more on the way to it.
+pub(super) fn add(
+    course: &Course,
+    (rig, model): (&RigConfig, &StateSpace),
+    commands: &[Command],
+    faded: &Faded,
+    signals: &mut [Signals],
+) -> Result<()> {
+    let (rate, count) = (faded.sample_rate, commands.len());
+    let (last, level) = (Linear::of(model, count), rig.compensation.level);
+    let mut guard = Guard::at_rest(count);
+    let (mut state, mut last_state) = (DVector::zeros(model.a.nrows()), DVector::zeros(model.a.nrows()));
+    let mut more = vec![Vec::new(); 2 * count];
+    let (mut time, mut sample) = (0.0, 0);
+    while sample < faded.samples {
+        let now = course.after(time).varied(|values| values.compensation.level *= guard.level);
+        let left = now.compensation.level / level;
+        if time >= course.duration() && (left - 1.0).abs() <= REACHED {
+            break;
+        }
+        let now = linearize(&now, FlowGain::Mean, Time::Sampled(rate))?;
+        let now = Linear::of(&now, count);
+        let mut opening = 0.0_f64;
+        for _ in 0..((BLOCK * rate) as usize).clamp(1, faded.samples - sample) {
+            let command = DVector::from_fn(count, |i, _| commands[i].values[sample]);
+            let (own, of_last) = (now.outputs(&state, &command), last.outputs(&last_state, &command));
+            for (i, signal) in more.iter_mut().enumerate() {
+                signal.push(own[i] - of_last[i]);
+            }
+            opening = opening.max(own.rows(2 * count, count).amax());
+            guard.observe(own.rows(3 * count, count).iter(), course.small * left - 1.0, 1.0 / rate);
+            (state, last_state) = (now.next(&state, &command), last.next(&last_state, &command));
+            sample += 1;
+        }
+        guard.act(BLOCK);
+        if opening > rig.compensation.learning.excitation {
+            time += BLOCK;
+        }
+    }
+    // The rest rings in the last loop.
+    let rest = outputs(&last.alone(&(state - last_state)), &["force", "displacement"]);
+    let more = more.into_iter().map(|signal| faded.spectrum(signal)).collect::<Result<Vec<_>>>()?;
+    let rest = (0..=faded.last).map(|bin| {
+        let turned = faded.turn(bin).powi(1 - sample as i32);
+        Ok(faded.responses(&rest, bin)? * turned)
+    });
+    let rest = rest.collect::<Result<Vec<_>>>()?;
+    for (i, own) in signals.iter_mut().enumerate() {
+        for (row, missed) in [(i, &mut own.missed_force), (count + i, &mut own.missed_motion)] {
+            for ((missed, more), rest) in missed.iter_mut().zip(&more[row]).zip(&rest) {
+                *missed += more + rest[row];
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A sampled loop from the commands to force, displacement, opening and velocity of each actuator.
+struct Linear<'a> {
+    model: &'a StateSpace,
+    b: DMatrix<f64>,
+    c: DMatrix<f64>,
+    d: DMatrix<f64>,
+}
+
+impl<'a> Linear<'a> {
+    fn of(model: &'a StateSpace, commands: usize) -> Self {
+        let rows = rows(model, &["force", "displacement", "spool", "velocity"]);
+        let [b, d] = [&model.b, &model.d].map(|matrix| matrix.columns(0, commands));
+        Self { model, b: b.into_owned(), c: model.c.select_rows(&rows), d: d.select_rows(&rows) }
+    }
+
+    fn outputs(&self, state: &DVector<f64>, command: &DVector<f64>) -> DVector<f64> {
+        &self.c * state + &self.d * command
+    }
+
+    fn next(&self, state: &DVector<f64>, command: &DVector<f64>) -> DVector<f64> {
+        &self.model.a * state + &self.b * command
+    }
+
+    /// The loop with an impulse to this state as its only input.
+    fn alone(&self, state: &DVector<f64>) -> StateSpace {
+        StateSpace {
+            b: DMatrix::from_column_slice(state.len(), 1, state.as_slice()),
+            d: DMatrix::zeros(self.model.outputs.len(), 1),
+            ..self.model.clone()
+        }
+    }
+}
