@@ -1,5 +1,6 @@
 //! The errors of a test, predicted with the linear model before it.
 
+mod bracket;
 mod curve;
 mod guard;
 mod nonlinear;
@@ -9,6 +10,7 @@ mod transition;
 mod underlap;
 mod unmodelled;
 
+use self::bracket::Bracket;
 use self::nonlinear::{NOTICED, Unknown};
 use self::signals::{Faded, Signals};
 pub use self::sizes::PredictedError;
@@ -76,12 +78,13 @@ pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Predictio
         let (mut gain, mut test) = (1.0, Loop::of(rig, 1.0, commands, &faded)?);
         let about_null = Oscillation::of(&test.rig, unknown.underlap(), commands.len(), faded.sample_rate)?;
         let most = about_null.as_ref().map_or(f64::INFINITY, |found| found.gain);
+        let mut bracket = Bracket::new();
         for _ in 0..GAINS {
             let found = unknown.gain(&test.signals, &faded)?.min(most.powf(STABLE));
             if found.is_nan() || (found - gain).abs() <= SAME_GAIN * gain {
                 break;
             }
-            gain = found;
+            gain = bracket.next(gain, found);
             test = Loop::of(rig, gain, commands, &faded)?;
         }
         errors(rig, (unknown, about_null), gain, test, &faded, commands).map(Some)
