@@ -187,26 +187,32 @@ def test_the_kept_rigs_of_all_sizes_are_what_the_code_gives(script, tmp_path):
     assert "| all | 1000 |" in (tmp_path / "sized_rigs.md").read_text(encoding="utf-8")
 
 
-def test_the_kept_checks_are_what_the_code_gives(script, tmp_path):
+@pytest.mark.parametrize(
+    ("learning", "numbers"),
+    # Two of fixed gains or a guard, two with self-calibration; a flow gain that is refused, and one learned.
+    [(False, (0, 1, 43, 47)), (True, (15, 29))],
+)
+def test_the_kept_checks_are_what_the_code_gives(script, tmp_path, learning, numbers):
     study = script("check_against_run")
-    kept = study.read()
-    drawn = study.draw(48)
-    # Two of fixed gains or a guard, two with self-calibration.
-    for number in (0, 1, 43, 47):
+    results, count, draw = study.RESULTS, study.COUNT, study.draw
+    if learning:
+        results, count, draw = study.LEARNING, study.LEARNING_COUNT, study.draw_learning
+    kept, drawn = study.read(results), draw(max(numbers) + 1)
+    for number in numbers:
         same({name: column[number] for name, column in kept.items()}, study.tested(drawn[number], number + 1))
     study.report(tmp_path)
-    text = (tmp_path / "check_against_run.md").read_text(encoding="utf-8")
-    assert f"| all | {study.COUNT} |" in text
+    text = (tmp_path / f"{results.stem}.md").read_text(encoding="utf-8")
+    assert f"| all | {count} |" in text
     page = " ".join((DOCS / "check-against-run.md").read_text(encoding="utf-8").split())
     check, run = ([study.GRADES.index(one) for one in kept[name]] for name in ("check", "run"))
     pairs = list(zip(check, run, strict=True))
-    for count, what in (
+    for found, what in (
         (sum(check == run for check, run in pairs), "rigs have the same verdict"),
         (sum(check < run for check, run in pairs), "are a false yes"),
         (sum(check > run for check, run in pairs), "are a false no"),
         (pairs.count((0, 2)), '"go" whose test is a "no"'),
     ):
-        assert f"{count} {what}" in page
+        assert f"{found} {what}" in page
 
 
 def gain_error(data, found):
