@@ -50,10 +50,10 @@ impl Columns {
         if likely.is_empty() && is_other_quantity(other) {
             return Err(Fault::at(line, format!("`{}` is not an acceleration", shown(other))));
         }
-        let in_milliseconds = time.is_some_and(|at| words(names[at]).iter().skip(1).any(|unit| unit == "ms"));
+        let time_unit = time.map(|at| time_unit_of(names[at])).transpose();
         Ok(Self {
             time,
-            time_unit: if in_milliseconds { 1e-3 } else { 1.0 },
+            time_unit: time_unit.map_err(|message| Fault::at(line, message))?.unwrap_or(1.0),
             acceleration: Some(acceleration),
             unit: unit_of(other),
         })
@@ -178,6 +178,30 @@ fn is_time(name: &str) -> bool {
     words(name).first().is_some_and(|word| matches!(word.as_str(), "t" | "time" | "times" | "s" | "sec"))
 }
 
+/// Length of the unit that a time column names after its first word, in s; 1 if it names none.
+fn time_unit_of(name: &str) -> Result<f64, String> {
+    let length = |unit: &str| match unit {
+        "s" | "sec" | "secs" | "second" | "seconds" => Some(1.0),
+        "ms" | "msec" | "millisecond" | "milliseconds" => Some(1e-3),
+        "us" | "µs" | "μs" | "usec" | "microsecond" | "microseconds" => Some(1e-6),
+        "min" | "minute" | "minutes" => Some(60.0),
+        _ => None,
+    };
+    let unit = words(name).iter().skip(1).find_map(|word| length(word));
+    match (unit, in_brackets(name).next()) {
+        (None, Some(unknown)) => {
+            let unknown = shown(unknown);
+            Err(format!("unit `{unknown}` of the time: must be one of s, ms, us, min"))
+        }
+        (unit, _) => Ok(unit.unwrap_or(1.0)),
+    }
+}
+
+/// The texts in the brackets of a name.
+fn in_brackets(name: &str) -> impl Iterator<Item = &str> {
+    name.split(['(', '[']).skip(1).map(|rest| rest.split([')', ']']).next().unwrap_or_default().trim())
+}
+
 fn is_acceleration(name: &str) -> bool {
     unit_of(name).is_some()
         || words(name).first().is_some_and(|word| {
@@ -190,9 +214,14 @@ fn is_other_quantity(name: &str) -> bool {
     words(name).first().is_some_and(starts_other)
 }
 
-/// The unit at the end of a name: `g` in `ag_g`, `m/s^2` in `Acceleration (m/s^2)`, or the whole name.
+/// The unit in the brackets of a name such as `Acceleration (m/s^2)`, else at its end as in `ag_g`, or the whole
+/// name.
 fn unit_of(name: &str) -> Option<Unit> {
-    let ends = name.char_indices().filter(|(_, c)| matches!(c, '_' | '(' | '[' | ' ' | ','));
+    // The end of `acc (% g)` would be another unit.
+    if let Some(end) = name.rfind([')', ']']) {
+        return in_brackets(name).find_map(Unit::from_name).or_else(|| Unit::from_name(&name[end + 1..]));
+    }
+    let ends = name.char_indices().filter(|(_, c)| matches!(c, '_' | ' ' | ','));
     // No unit is longer, and a limit avoids quadratic time for a header of a megabyte.
     let tails = std::iter::once(0).chain(ends.map(|(at, _)| at + 1)).filter(|at| name.len() - at <= 20);
     tails.map(|at| &name[at..]).find_map(Unit::from_name)

@@ -8,6 +8,8 @@ use super::text::{Fault, Line};
 /// Largest difference of a time from the regular grid, in steps. A larger one is no print rounding but a
 /// missing sample.
 const TIME_TOLERANCE: f64 = 0.1;
+/// Smallest number of rows whose first column counts as a time if it rises in each of them.
+const RISING_ROWS: usize = 8;
 
 /// Reads columns. Step and unit are `None` if the file states none.
 pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
@@ -27,13 +29,17 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
         return Err(Fault::new("no rows of numbers"));
     };
     let (rows, width) = (Rows(&lines[first..]), fields(&lines[first]).len());
+    let names = header.map(|line| names(&line, width)).unwrap_or_default();
     let columns = match &header {
         // A header such as `dt=0.01` names no columns.
-        Some(line) if declared.line != Some(line.number) => Columns::named(line, &fields(line), width)?,
+        Some(line) if declared.line != Some(line.number) => Columns::named(line, &names, width)?,
         _ => Columns::unnamed(width),
     };
     let (values, step) = match columns.acceleration {
-        None => (series(rows)?, None),
+        None => {
+            check_no_time(rows, width)?;
+            (series(rows)?, None)
+        }
         Some(acceleration) => {
             let values = column_of(rows, acceleration, width)?;
             let times = columns.time.map(|time| column_of(rows, time, width)).transpose()?;
@@ -44,12 +50,10 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     declared.check_count(values.len())?;
     let dt = declared.reconcile_dt(step, values.len())?;
     let unit = declared.reconcile_unit(columns.unit)?;
-    let column = match (&header, columns.acceleration) {
-        (_, None) => "the values".to_owned(),
-        (Some(line), Some(at)) if fields(line).len() == width => {
-            format!("column `{}`", shown(fields(line)[at]))
-        }
-        (_, Some(at)) => format!("column {}", at + 1),
+    let column = match columns.acceleration {
+        None => "the values".to_owned(),
+        Some(at) if names.len() == width => format!("column `{}`", shown(names[at])),
+        Some(at) => format!("column {}", at + 1),
     };
     Ok(Draft { name: None, values, dt, unit, column: Some(column) })
 }
@@ -77,11 +81,41 @@ fn is_header(line: &Line<'_>) -> bool {
     !first.starts_with(starts_number) && !not_finite && push_row(line, None, &mut unused).is_err()
 }
 
-/// The fields of a row: separated by semicolons, else commas, else tabs or blanks.
+/// The names of a header over rows of `width` fields. Names may contain single blanks.
+fn names<'a>(line: &Line<'a>, width: usize) -> Vec<&'a str> {
+    let names = fields(line);
+    if names.len() == width || line.text.trim().contains([';', ',', '\t']) {
+        return names;
+    }
+    let apart = line.text.split("  ").map(str::trim).filter(|name| !name.is_empty());
+    match width {
+        1 => vec![line.text.trim()],
+        _ if apart.clone().count() == width => apart.collect(),
+        _ => names,
+    }
+}
+
+/// Whether the commas of a row are decimal marks: each stands between digits, blanks or tabs separate the fields,
+/// and there is no point.
+fn has_decimal_commas(text: &str) -> bool {
+    let bytes = text.as_bytes();
+    let between_digits = |at: usize| {
+        let digit = |place: Option<&u8>| place.is_some_and(u8::is_ascii_digit);
+        digit(bytes.get(at.wrapping_sub(1))) && digit(bytes.get(at + 1))
+    };
+    text.contains(',')
+        && text.contains(char::is_whitespace)
+        && !text.contains(['.', ';'])
+        && text.match_indices(',').all(|(at, _)| between_digits(at))
+}
+
+/// The fields of a row: separated by semicolons, else commas, else tabs or blanks. With decimal commas only
+/// semicolons, tabs or blanks separate.
 fn fields<'a>(line: &Line<'a>) -> Vec<&'a str> {
     let text = line.text.trim_matches(|c: char| c.is_whitespace() || c == '\u{1a}');
     let clean = |field: &'a str| field.trim().trim_matches('"').trim();
-    let mut fields: Vec<&str> = match [';', ',', '\t'].into_iter().find(|c| text.contains(*c)) {
+    let comma = if has_decimal_commas(text) { '\t' } else { ',' };
+    let mut fields: Vec<&str> = match [';', comma, '\t'].into_iter().find(|c| text.contains(*c)) {
         Some(separator) => text.split(separator).map(clean).collect(),
         None => text.split_whitespace().map(clean).collect(),
     };
@@ -100,7 +134,7 @@ fn column_of(rows: Rows<'_>, column: usize, width: usize) -> Result<Vec<f64>, Fa
             return Err(Fault::at(row, message));
         }
         let field = fields.get(column).copied().unwrap_or_default();
-        // A field contains commas only if semicolons separate the fields; the commas are then decimal points.
+        // A field contains commas only if they are decimal points.
         let value = if field.contains(',') { number(&field.replace(',', ".")) } else { number(field) };
         value.map_err(|message| Fault::at(row, format!("column {}: {message}", column + 1)))
     };
@@ -115,9 +149,31 @@ fn column_of(rows: Rows<'_>, column: usize, width: usize) -> Result<Vec<f64>, Fa
 fn series(rows: Rows<'_>) -> Result<Vec<f64>, Fault> {
     let mut values = Vec::new();
     for row in rows.iter() {
-        push_row(row, None, &mut values)?;
+        if has_decimal_commas(row.text.trim()) {
+            let text = row.text.replace(',', ".");
+            push_row(&Line { number: row.number, text: &text }, None, &mut values)?;
+        } else {
+            push_row(row, None, &mut values)?;
+        }
     }
     Ok(values)
+}
+
+/// Refuses several columns without names whose first one rises in every row: a time would become acceleration.
+fn check_no_time(rows: Rows<'_>, width: usize) -> Result<(), Fault> {
+    let value = |row: &Line<'_>| {
+        let first = fields(row).first().copied().unwrap_or_default().replace(',', ".");
+        number(&first).unwrap_or(f64::NAN)
+    };
+    let rising =
+        width > 1 && rows.iter().zip(rows.iter().skip(1)).all(|(above, row)| value(row) > value(above));
+    if rising && rows.iter().count() >= RISING_ROWS {
+        return Err(Fault::new(format!(
+            "the first of {width} columns rises in every row, as a time does: name the columns in a header, as in \
+             `time (s),acceleration (g)`"
+        )));
+    }
+    Ok(())
 }
 
 /// The step of times, which must rise evenly; `None` for a single time.

@@ -224,6 +224,66 @@ fn a_unit_is_never_guessed() {
 }
 
 #[test]
+fn the_unit_of_a_time_column_is_used_or_refused() {
+    for (unit, factor) in
+        [("s", 1.0), ("sec", 1.0), ("msec", 1e3), ("milliseconds", 1e3), ("us", 1e6), ("min", 1.0 / 60.0)]
+    {
+        for header in [format!("Time ({unit})"), format!("t_{unit}")] {
+            let rows: String =
+                (0..12).map(|i| format!("{},{}\n", 0.01 * factor * f64::from(i), i % 3)).collect();
+            let record = parse(format!("{header},acc (g)\n{rows}").as_bytes(), "x.csv").unwrap();
+            assert!((record.dt - 0.01).abs() < 1e-12, "{header}: {}", record.dt);
+        }
+    }
+    let refused = message("Time (ns),acc (g)\n0,0\n1,1\n", "x.csv");
+    assert!(refused.contains("line 1: unit `ns` of the time: must be one of s, ms, us, min"), "{refused}");
+}
+
+#[test]
+fn a_unit_in_brackets_is_taken_as_a_whole() {
+    for unit in ["% g", "mg", "milli g", "counts"] {
+        let refused = message(format!("t,acc ({unit})\n0,0\n0.01,1\n"), "x.csv");
+        assert!(refused.contains("names no unit"), "{unit}: {refused}");
+    }
+    for header in ["acc (g) filtered", "acc [NS] (g)", "acc (NS) g"] {
+        let record = parse(format!("t,{header}\n0,0\n0.01,1\n").as_bytes(), "x.csv").unwrap();
+        assert_eq!(record.pga(), STANDARD_GRAVITY, "{header}");
+    }
+}
+
+#[test]
+fn names_with_blanks_stand_over_columns_without_separators() {
+    let one = parse(b"# dt = 0.01\nacceleration (g)\n0.1\n-0.2\n", "x.txt").unwrap();
+    assert_eq!((one.pga(), one.acceleration.len()), (0.2 * STANDARD_GRAVITY, 2));
+    let two = parse(b"  time (s)   acceleration (g)\n 0.00  0.1\n 0.01 -0.2\n", "x.txt").unwrap();
+    assert_eq!((two.pga(), two.dt), (0.2 * STANDARD_GRAVITY, 0.01));
+}
+
+#[test]
+fn decimal_commas_between_tabs_or_blanks_are_read() {
+    for (text, count) in [
+        ("time (s)\tacc (g)\n0,00\t0,1\n0,01\t-0,2\n", 2),
+        ("# units = g\n0,00 0,1\n0,01 -0,2\n", 2),
+        ("# units = g, dt = 0.01\n0,00 0,1 0\n0,01 -0,2 1E-2\n", 6),
+        ("# units = g, dt = 0.01\n0,-0.2,0.1\n", 3),
+        ("# units = g, dt = 0.01\n0, -0.2, 0.1\n", 3),
+    ] {
+        let record = parse(text.as_bytes(), "x.txt").unwrap();
+        assert_eq!((record.pga(), record.acceleration.len()), (0.2 * STANDARD_GRAVITY, count), "{text}");
+    }
+}
+
+#[test]
+fn a_time_among_columns_without_names_is_no_acceleration() {
+    let options = ReadOptions { dt: Some(0.01), unit: Some(Unit::Gravity), channel: None };
+    let rows: String = (0..8).map(|i| format!("{} {} 0\n", 0.01 * f64::from(i), i % 3)).collect();
+    let refused = parse_with(rows.as_bytes(), "x.txt", &options).unwrap_err().to_string();
+    assert!(refused.contains("the first of 3 columns rises in every row"), "{refused}");
+    let rows: String = (0..8).map(|i| format!("{} {} 0\n", 0.01 * f64::from(i % 7), i % 3)).collect();
+    assert_eq!(parse_with(rows.as_bytes(), "x.txt", &options).unwrap().acceleration.len(), 24);
+}
+
+#[test]
 fn a_knet_record_is_its_counts_times_the_factor_less_their_mean() {
     let (bytes, name) = sample!("knet.NS");
     let record = parse(bytes, name).unwrap();
