@@ -180,7 +180,11 @@ def test_spool_in_volts_takes_the_sensor_of_the_rig(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("rate", "form"), [(1024.0, ".6g"), (4096.0, ".6g"), (1024.0, ".4f"), (4096.0, ".4f")]
+    ("rate", "form"),
+    [
+        *((rate, form) for rate in (1024.0, 4096.0) for form in (".6g", ".4f")),
+        *((rate, ".3f") for rate in (256.0, 512.0, 1024.0, 1200.0)),
+    ],
 )
 def test_a_clock_rounded_to_its_digits_is_even(form, rate, tmp_path):
     path = tmp_path / "a.csv"
@@ -191,7 +195,11 @@ def test_a_clock_rounded_to_its_digits_is_even(form, rate, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("rate", "form", "lost"), [(1024.0, ".6g", 1), (1024.0, ".6g", 3), (4096.0, ".4f", 1)]
+    ("rate", "form", "lost"),
+    [
+        *((1024.0, ".6g", 1), (1024.0, ".6g", 3), (4096.0, ".4f", 1)),
+        *((1000.0, ".3f", 1), (1000.0, ".3f", 10), (1024.0, ".3f", 1), (512.0, ".3f", 1)),
+    ],
 )
 def test_a_lost_sample_of_a_rounded_clock_is_found(rate, form, lost, tmp_path):
     path = tmp_path / "a.csv"

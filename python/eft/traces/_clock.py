@@ -21,6 +21,9 @@ _JITTER = 0.05
 _OUTLIERS = 0.1
 """Share of uneven steps above which they count as rounding of the times."""
 
+_ROUNDED, _SPREAD = 8, 1.001
+"""Number of uneven steps from which they may be rounding, and their largest spread in last digits."""
+
 _PIECE = 2**18
 """Samples that are checked together, to limit the memory of a check."""
 
@@ -41,6 +44,8 @@ def clock(name: str, time: Array) -> tuple[float, float]:
     odd = sum(np.count_nonzero(np.abs(steps - middle) > _UNEVEN * step) for steps in _steps(time))
     if not odd:
         return float(time[0]), 1.0 / step
+    if odd >= _ROUNDED and (rate := _exactly_rounded(time, round(1.0 / step))) is not None:
+        return float(time[0]), rate
     if odd > _OUTLIERS * (time.size - 1):
         # Many uneven steps may be the rounding of times with few digits.
         if (rate := _rounded(time)) is not None:
@@ -63,6 +68,18 @@ def _steps(time: Array) -> Iterator[Array]:
 def _pieces(time: Array) -> Iterator[tuple[int, Array]]:
     for start in range(0, time.size, _PIECE):
         yield start, time[start : start + _PIECE]
+
+
+def _exactly_rounded(time: Array, rate: int) -> float | None:
+    """An integer rate (Hz) whose times, rounded, are the written ones. Lost samples move later times."""
+    decimal = _decimal(time)
+    if rate < 1 or decimal == 0.0:
+        return None
+    least, most = np.inf, -np.inf
+    for first, piece in _pieces(time):
+        off = piece - (first + np.arange(piece.size)) / rate
+        least, most = min(least, float(off.min())), max(most, float(off.max()))
+    return float(rate) if most - least <= _SPREAD * decimal else None
 
 
 def _rounded(time: Array) -> float | None:
@@ -90,9 +107,6 @@ def _is_even(time: Array, start: float, rate: float, digits: tuple[float, int | 
 def _digits(time: Array) -> tuple[float, int | None] | None:
     """The last decimal of the written times, s (0 if there are many), and their significant digits."""
 
-    def fit(places: int) -> bool:
-        return all(np.array_equal(np.round(piece, places), piece) for _, piece in _pieces(time))
-
     def significant(digits: int) -> bool:
         for _, piece in _pieces(time):
             unit = _unit(piece, 0.0, digits)
@@ -100,9 +114,18 @@ def _digits(time: Array) -> tuple[float, int | None] | None:
                 return False
         return True
 
-    decimal = next((10.0**-places for places in range(10) if fit(places)), 0.0)
+    decimal = _decimal(time)
     digits = next((digits for digits in range(4, 11) if significant(digits)), None)
     return None if not decimal and digits is None else (decimal, digits)
+
+
+def _decimal(time: Array) -> float:
+    """The last decimal of the written times, s, or 0 if there are many."""
+
+    def fit(places: int) -> bool:
+        return all(np.array_equal(np.round(piece, places), piece) for _, piece in _pieces(time))
+
+    return next((10.0**-places for places in range(10) if fit(places)), 0.0)
 
 
 def _unit(time: Array, decimal: float, digits: int | None) -> Array:
