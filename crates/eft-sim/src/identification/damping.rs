@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{SMatrix, SVector};
 
 use super::Estimate;
+use super::clipping::check_unclipped;
 use super::gaps::detrend;
 use crate::fourier::spectrum;
 use crate::{Error, Result, checks};
@@ -27,12 +28,13 @@ pub struct DampingEstimate {
 /// with offset and drift, by least squares over all finite samples. The signal must begin after the release.
 ///
 /// # Errors
-/// A signal that is too short, constant, not one decaying oscillation, or shorter than three cycles.
+/// A signal that is too short, constant, clipped, not one decaying oscillation, or shorter than three cycles.
 pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<DampingEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
     let finite: Vec<usize> = (0..displacement.len()).filter(|i| displacement[*i].is_finite()).collect();
     let allowed = "must have at least 20";
     checks::require(finite.len() >= 20, "displacement", format!("{} samples", finite.len()), allowed)?;
+    check_unclipped(&[("displacement", displacement)])?;
     let residual = detrend(displacement, |i| f64::from(displacement[i].is_finite()));
     let energy: f64 = residual.iter().map(|v| v * v).sum();
     checks::require(energy.is_normal(), "displacement", "constant", "must vibrate")?;

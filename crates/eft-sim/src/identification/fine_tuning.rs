@@ -11,6 +11,7 @@ use std::f64::consts::TAU;
 use eft_core::FlowTable;
 
 use super::Estimate;
+use super::clipping::check_unclipped;
 use super::gaps::{check_whole, detrend};
 use crate::analysis::linear::valve_response;
 use crate::config::{Mode, Realization, RigConfig, StructureKind, TABLE_CAPACITY};
@@ -85,6 +86,7 @@ pub fn fine_tune(
     checks::sample_rate("sample_rate", sample_rate)?;
     let TestSignals { command, force, velocity } = signals;
     check_whole(&[("command", command), ("force", force), ("velocity", velocity)], 256)?;
+    check_unclipped(&[("force", force), ("velocity", velocity)])?;
     let allowed = "must be on: there is nothing to tune";
     checks::require(rig.compensation.mode != Mode::Off, "compensation.mode", "\"off\"", allowed)?;
     for (key, on) in [("adaptive", rig.compensation.adaptive), ("guard", rig.compensation.guard)] {

@@ -8,6 +8,7 @@
 use std::f64::consts::TAU;
 
 use super::Estimate;
+use super::clipping::check_unclipped;
 use super::gaps::check_whole;
 use super::least_squares::least_squares;
 use crate::fourier::{Complex64, signal_of, spectrum};
@@ -47,10 +48,11 @@ pub struct MotionSignals<'a> {
 }
 
 impl MotionSignals<'_> {
-    /// Refuses signals of unequal or too short lengths, and incomplete ones.
+    /// Refuses signals of unequal or too short lengths, incomplete and clipped ones.
     pub(super) fn check(&self, sample_rate: f64) -> Result<()> {
         let least = (LEAST_DURATION * sample_rate).ceil() as usize;
-        check_whole(&[("spool", self.spool), ("velocity", self.velocity), ("force", self.force)], least)
+        check_whole(&[("spool", self.spool), ("velocity", self.velocity), ("force", self.force)], least)?;
+        check_unclipped(&[("velocity", self.velocity), ("force", self.force)])
     }
 }
 

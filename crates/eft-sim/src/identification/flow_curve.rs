@@ -6,6 +6,7 @@
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::Estimate;
+use super::clipping::check_unclipped;
 use super::gaps::{bridged, check, stretches};
 use super::integrated_noise::{MOST_MEMORY, Part, clustering, memory_of, whitened};
 use crate::{Error, Result, checks, interruption};
@@ -90,6 +91,7 @@ pub(super) fn finite_stretches(
     let mut parts = Vec::new();
     for Recording { spool, displacement } in recordings {
         check([("spool", spool), ("displacement", displacement)], LEAST_STRETCH)?;
+        check_unclipped(&[("displacement", displacement)])?;
         let (spool, displacement) = (bridged(spool, BRIDGED), bridged(displacement, BRIDGED));
         let has_sample = |i: usize| spool[i].is_finite() && displacement[i].is_finite();
         for part in stretches(spool.len(), LEAST_STRETCH, has_sample) {

@@ -3,6 +3,7 @@
 //! The method is simple and accurate for a displacement without noise. It multiplies noise by the sample
 //! rate, which the fit of [`identify_flow_curve`](super::identify_flow_curve) avoids.
 
+use super::clipping::check_unclipped;
 use super::flow_curve::{
     FlowCurveEstimate, LEAST_SAMPLES, Recording, check_opening, check_reach, check_rise, control_points,
 };
@@ -33,6 +34,7 @@ pub fn flow_curve_by_differences(
     for recording in recordings {
         let (spool, displacement) = (recording.spool, recording.displacement);
         check([("spool", spool), ("displacement", displacement)], LEAST_SAMPLES)?;
+        check_unclipped(&[("displacement", displacement)])?;
         for (opening, around) in spool.iter().skip(1).zip(displacement.windows(3)) {
             let flow = piston_area * (around[2] - around[0]) * 0.5 * sample_rate;
             if !(opening.is_finite() && flow.is_finite()) {

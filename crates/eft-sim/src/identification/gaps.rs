@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::{Result, checks};
 
 /// A signal with its name.
-type Named<'a> = (&'a str, &'a [f64]);
+pub(super) type Named<'a> = (&'a str, &'a [f64]);
 
 /// Refuses signals that differ in length or are too short.
 pub(super) fn check([first, other]: [Named<'_>; 2], least: usize) -> Result<()> {

@@ -9,6 +9,7 @@
 use std::f64::consts::TAU;
 
 use super::Estimate;
+use super::clipping::check_unclipped;
 use super::gaps::check_whole;
 use super::least_squares::least_squares;
 use crate::config::{MotionAt, RigConfig, StructureKind};
@@ -111,7 +112,9 @@ fn check_signals(signals: SpecimenSignals<'_>, sample_rate: f64) -> Result<()> {
     let allowed = format!("must be at least {LEAST_RATE} Hz");
     checks::require(sample_rate >= LEAST_RATE, "sample_rate", sample_rate, allowed)?;
     let least = (LEAST_DURATION * sample_rate).ceil() as usize;
-    check_whole(&[("force", force), ("velocity", velocity), ("displacement", displacement)], least)
+    let signals = [("force", force), ("velocity", velocity), ("displacement", displacement)];
+    check_whole(&signals, least)?;
+    check_unclipped(&signals)
 }
 
 /// The lowest frequency (Hz) of the inertia's band, for a structure that has one.

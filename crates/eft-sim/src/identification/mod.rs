@@ -5,6 +5,7 @@
 //! Samples that are not finite are gaps. Offsets and linear drifts are removed. Data that does not determine
 //! a result is refused with the reason.
 
+mod clipping;
 mod damping;
 mod delay;
 mod experiments;
