@@ -222,7 +222,7 @@ def _record(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command
     options = {key: section[key] for key in ("dt", "unit", "channel") if key in section}
     if section["file"] == "elcentro":
         with resources.as_file(resources.files("eft").joinpath("data", EL_CENTRO)) as shipped:
-            record = read_record(shipped)
+            record = read_record(shipped, **options)
     else:
         record = read_record(folder / section["file"], **options)
     scale = float(section.get("scale", 1.0))

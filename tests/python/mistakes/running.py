@@ -27,6 +27,11 @@ WRONG = {
     "two commands": ([*SWEEP, "--record", "elcentro"], {}, ["exactly one"]),
     "file and options": (["run", "test.toml", "--scale", "2"], {}, ["--scale", "test.toml"]),
     "scale of a sweep": ([*SWEEP, "--scale", "2"], {}, ["command.scale"]),
+    "unknown unit of the shipped record": (
+        ["run", "--record", "elcentro", "--unit", "furlongs"],
+        {},
+        ["furlongs", "m/s2"],
+    ),
     "setting without a value": ([*SWEEP, "--set", "structure.mass"], {}, ["structure.mass", "key=value"]),
     "unknown key": ([*SWEEP, "--set", "structure.mas=1"], {}, ["structure.mas", "`structure.mass`"]),
     "key out of range": ([*SWEEP, "--set", "structure.mass=-1"], {}, ["structure.mass", "-1", "kg"]),
