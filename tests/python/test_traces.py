@@ -32,6 +32,9 @@ TIME = np.arange(50) / 100.0
         ("time", "ms", 1e-3),
         ("spool", "%", 0.01),
         ("time", "Sec", 1.0),
+        ("time", "seconds", 1.0),
+        ("valve_command", "Volts", 1.0),
+        ("spool", "percent", 0.01),
         ("velocity", "in/sec", 0.0254),
     ],
 )
@@ -145,6 +148,25 @@ def test_text_of_a_testing_machine_with_its_preamble(tmp_path):
     assert traces["command"] == pytest.approx(np.arange(50) * 3e3)
 
 
+LABVIEW = (
+    "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\nTime\t10:12:13\n"
+    "***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t50\t50\t\nDate\t2026/03/01\t2026/03/01\t\n"
+    "Time\t10:12:13,1\t10:12:13,1\t\nY_Unit_Label\tVolts\tVolts\t\nX_Dimension\tTime\tTime\t\n"
+    "X0\t0.0E+0\t0.0E+0\t\nDelta_X\t0.010000\t0.010000\t\n***End_of_Header***\t\t\t\n"
+    "X_Value\tForce (kN)\tValve (Volts)\tComment\n"
+)
+
+
+@pytest.mark.parametrize("end", ["", "\t"])
+def test_text_of_labview_with_its_preamble(end, tmp_path):
+    path = tmp_path / "a.lvm"
+    path.write_text(LABVIEW + "".join(f"{t:.6f}\t{i}\t{2 * i}{end}\n" for i, t in enumerate(TIME)))
+    traces = read_traces(path, units={"time": "s"})
+    assert traces.sample_rate == pytest.approx(100.0)
+    assert traces["force"] == pytest.approx(np.arange(50) * 1e3)
+    assert traces["valve_command"] == pytest.approx(np.arange(50) * 2.0)
+
+
 @pytest.mark.parametrize(
     ("header", "row"),
     [
@@ -173,7 +195,7 @@ def test_spool_in_volts_takes_the_sensor_of_the_rig(tmp_path):
     path = tmp_path / "a.csv"
     rig = eft.Rig.zhao2005()
     full = rig["servovalve.spool_sensitivity"] * rig["servovalve.spool_stroke"]
-    path.write_text("time (s),spool (V)\n" + "".join(f"{t:.2f},{full * float(t)!r}\n" for t in TIME))
+    path.write_text("time (s),spool (Volts)\n" + "".join(f"{t:.2f},{full * float(t)!r}\n" for t in TIME))
     assert read_traces(path, rig=rig)["spool"] == pytest.approx(TIME)
     with pytest.raises(ValueError, match=r"servovalve\.spool_sensitivity"):
         read_traces(path)

@@ -26,15 +26,15 @@ def read_traces(
 ) -> Traces:
     r"""Read the signals of a test and convert them to SI units.
 
-    The suffix selects the format: ``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc`` (text); ``.mat`` (SciPy,
-    from 7.3 on h5py); ``.h5``, ``.hdf5`` (h5py); ``.parquet`` (pyarrow); ``.tdms`` (npTDMS); ``.uff``,
-    ``.unv`` (dataset 58, pyuff). Any other file must be a run that `TestRun.save` wrote.
+    The suffix selects the format: ``.csv``, ``.txt``, ``.tsv``, ``.dat``, ``.asc``, ``.lvm`` (text); ``.mat``
+    (SciPy, from 7.3 on h5py); ``.h5``, ``.hdf5`` (h5py); ``.parquet`` (pyarrow); ``.tdms`` (npTDMS);
+    ``.uff``, ``.unv`` (dataset 58, pyuff). Any other file must be a run that `TestRun.save` wrote.
 
     The name of a column states its quantity, and the unit follows the name: ``force (kip)`` or ``force_kip``.
     The unit may also be in a line below the names. An HDF5 dataset has it in its attribute ``units``, a TDMS
     channel in its property ``unit_string``. A column without a unit is refused unless `units` names one.
     Text may be separated by tabs, semicolons, commas or blanks, have decimal commas, and begin with a
-    preamble as MTS writes it.
+    preamble as MTS and LabVIEW write it.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def _wanted(columns: Mapping[str, str]) -> Callable[[Sequence[str]], list[int]]:
 
 
 _READERS: dict[str, Callable[..., AbstractContextManager[list[Column]]]] = {
-    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".asc"), _text.text),
+    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm"), _text.text),
     ".mat": _binary.mat,
     ".h5": _binary.hdf5,
     ".hdf5": _binary.hdf5,

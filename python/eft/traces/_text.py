@@ -1,4 +1,4 @@
-"""Columns of text files: CSV, tabs, semicolons, decimal commas, and a preamble as MTS writes it."""
+"""Columns of text files: CSV, tabs, semicolons, decimal commas, preambles of MTS and LabVIEW."""
 
 from __future__ import annotations
 
@@ -77,7 +77,22 @@ def _taken(values: dict[int, array[float]], place: int) -> NDArray[np.float64]:
 
 
 def _layout(source: Path, begin: Sequence[Numbered], wanted: Wanted, gaps: bool) -> _Layout:
-    """Find the names of the columns: the line without numbers above the first row of numbers."""
+    """Find the names of the columns: the line without numbers above the first row of numbers.
+
+    A preamble may have such lines too, which lines of another width follow.
+    """
+    layouts = list(_layouts(begin, wanted, gaps))
+    if not layouts:
+        raise _without_layout(source, begin, gaps)
+
+    def continues(layout: _Layout) -> bool:
+        width, delimiter = len(layout.names), layout.delimiter
+        return all(len(_cells(line, delimiter, width)) == width for _, line in begin[layout.first :])
+
+    return next(filter(continues, layouts), layouts[0])
+
+
+def _layouts(begin: Sequence[Numbered], wanted: Wanted, gaps: bool) -> Iterator[_Layout]:
     for at in range(1, len(begin)):
         header, row = begin[at - 1][1], begin[at][1]
         for delimiter in _DELIMITERS:
@@ -91,9 +106,12 @@ def _layout(source: Path, begin: Sequence[Numbered], wanted: Wanted, gaps: bool)
                 names, units = above, [name.strip("()[]") for name in names]
             cells = _cells(row, delimiter, len(names))
             places = wanted(names) or range(len(names))
+            if max(places) < len(cells) < len(names):
+                # LabVIEW names a column of comments that most rows leave out.
+                names, units = names[: len(cells)], units[: len(cells)]
             if len(cells) == len(names) and all(_is_cell(cells[place], delimiter, gaps) for place in places):
-                return _Layout(delimiter, names, units, at)
-    raise _without_layout(source, begin, gaps)
+                yield _Layout(delimiter, names, units, at)
+                break
 
 
 def _without_layout(source: Path, begin: Sequence[Numbered], gaps: bool) -> ValueError:

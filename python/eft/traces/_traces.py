@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from eft._numbers import real_number
 from eft._read_only import ReadOnly, read_only
 from eft.traces._clock import FASTEST, SLOWEST, clock
-from eft.traces._units import QUANTITIES, allowed_units, checked_quantity, parse_header, to_si
+from eft.traces._units import QUANTITIES, allowed_units, checked_quantity, is_unit_of, parse_header, to_si
 
 if TYPE_CHECKING:
     from eft import Rig, TestRun
@@ -211,7 +211,7 @@ def _factor(name: str, header: str, quantity: str, unit: str | None, rig: Rig | 
             f"(`--unit {quantity}={allowed[0]}`), or write it after the name, as in `force (kN)`; "
             f"allowed are {', '.join(allowed)}"
         )
-    if quantity == "spool" and unit.strip() in ("V", "mV"):
+    if quantity == "spool" and is_unit_of("valve_command", unit):
         if rig is None:
             raise ValueError(
                 f"{name}: column `{header}` is in {unit.strip()}: give the rig (`--rig FILE`), whose "

@@ -28,12 +28,15 @@ _NAMES_OF = {
 }
 """Names in headers of laboratories."""
 
-_OTHER_NAMES = {"velocity": "mps", "acceleration": "mps2", "flow": "m3ps", "length": "inches"}
+_OTHER_NAMES = {
+    "velocity": "mps", "acceleration": "mps2", "flow": "m3ps", "length": "inches", "time": "second",
+    "voltage": "volt", "ratio": "percent",
+}  # fmt: skip
 """Names of units for names without a slash."""
 
 _MEANT = {
     "sec": "s", "lb": "lbf", "inch": "in", "inches": "in", "gal": "cm/s2", "-": "1", "mps": "m/s",
-    "mps2": "m/s2", "m3ps": "m3/s",
+    "mps2": "m/s2", "m3ps": "m3/s", "second": "s", "volt": "V", "percent": "%",
 }  # fmt: skip
 """Names that the rig's table of units lacks, or has with another meaning, as `lb` for a mass."""
 
@@ -60,7 +63,7 @@ class Quantity:
 
 
 QUANTITIES = {
-    "time": Quantity("time", ("t",)),
+    "time": Quantity("time", ("t", "x value")),
     "command": Quantity("force", ("force command", "command force", "reference", "reference force", "cmd")),
     "force": Quantity("force", ("load", "actuator force", "f")),
     "displacement": Quantity("length", ("disp", "stroke", "x")),
@@ -108,7 +111,7 @@ def to_si(quantity: str, unit: str) -> float:
     dimension = QUANTITIES[quantity].dimension
     known = _KNOWN[dimension]
     plain = unit.strip().replace("²", "2").replace("³", "3").replace("^", "").replace(" ", "")
-    plain = plain.replace("sec", "s").replace("Sec", "s") if plain.lower() != "sec" else "s"
+    plain = re.sub("[sS]ec(?!ond)", "s", plain) if plain.lower() != "sec" else "s"
     for candidate in (plain, plain.removesuffix("s") if len(plain) > 2 else plain, plain.removesuffix("es")):
         if candidate in known:
             return known[candidate]
@@ -142,20 +145,21 @@ def parse_header(header: str) -> tuple[str | None, str | None, str]:
         return quantity, None, text
     if "," in text:
         name, _, unit = text.rpartition(",")
-        if (quantity := quantity_of(name)) and _is_unit(quantity, unit):
+        if (quantity := quantity_of(name)) and is_unit_of(quantity, unit):
             return quantity, unit.strip(), name.strip()
     name, _, unit = re.sub(r"\s+", "_", text).rpartition("_")
-    if name and (quantity := quantity_of(name)) and _is_unit(quantity, unit):
+    if name and (quantity := quantity_of(name)) and is_unit_of(quantity, unit):
         return quantity, unit, name
     return None, None, text
 
 
 def is_unit(text: str) -> bool:
     """Whether a text is a unit of some quantity."""
-    return any(_is_unit(quantity, text) for quantity in _BY_DIMENSION)
+    return any(is_unit_of(quantity, text) for quantity in _BY_DIMENSION)
 
 
-def _is_unit(quantity: str, unit: str) -> bool:
+def is_unit_of(quantity: str, unit: str) -> bool:
+    """Whether a text is a unit of a quantity."""
     try:
         to_si(quantity, unit)
     except ValueError:
