@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Identification", "identify"]
 
+_TRAVEL = 2.2
+"""Largest travel of the piston over the rig's stroke to one side, with a margin for its sensor."""
+
 
 @dataclass(frozen=True)
 class Identification:
@@ -183,6 +186,7 @@ def identify(
     if null:
         runs = [read(source) for source in null]
         with _about(*runs):
+            check_travel(rig, runs)
             arrays = [run["spool"] for run in runs], [run["displacement"] for run in runs]
             found["overlap"] = identify_overlap(*arrays, _one_rate(runs), area)
         bias = float(found["overlap"].null_bias)
@@ -190,6 +194,7 @@ def identify(
     if flow:
         runs = [read(source) for source in flow]
         with _about(*runs):
+            check_travel(rig, runs)
             rate = _one_rate(runs)
             arrays = [run["spool"] for run in runs], [run["displacement"] for run in runs]
             if "overlap" in found:
@@ -220,6 +225,20 @@ def identify(
             found["tuning"] = fine_tune(rig, *signals, traces.sample_rate, band)
         rig = found["tuning"].apply(rig)
     return Identification(rig, **found)
+
+
+def check_travel(rig: Rig, runs: Sequence[Traces]) -> None:
+    """Refuse a displacement that the actuator cannot make: the flow would be wrong by the same factor."""
+    stroke = float(rig["actuator.stroke"])
+    for run in runs:
+        moved = run["displacement"]
+        ends = moved[np.isfinite(moved)]
+        travel = float(ends.max() - ends.min()) if ends.size else 0.0
+        if travel > _TRAVEL * stroke:
+            raise ValueError(
+                f"{run.name}: displacement = {travel:.3g} m from end to end: must be within actuator.stroke, "
+                f"±{stroke:.3g} m: check its unit"
+            )
 
 
 def _same_specimen(rig: Rig, frequency: float) -> None:

@@ -92,6 +92,19 @@ def test_flow_curve_in_inches_is_that_of_the_rig(folder, capsys):
     assert "extrapolated" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("command", ["curve", "overlap"])
+def test_a_displacement_beyond_the_stroke_is_of_another_unit(command, folder, capsys):
+    test = eft.identification.flow_test(RIG, amplitude=0.1 * RIG["actuator.stroke"], frequency=0.5)
+    time = np.arange(test.spool.size) / 2048.0
+    write("mm.csv", **{"time (s)": time, "spool": test.spool, "displacement (m)": 1e3 * test.displacement})
+    (folder / "rig.toml").write_text(RIG.to_toml())
+    assert main(["identify", command, "mm.csv", "--rig", "rig.toml"]) == 2
+    assert "mm.csv: displacement = 25 m from end to end" in capsys.readouterr().err
+    for sources in ({"flow": ["mm.csv"]}, {"null": ["mm.csv"]}):
+        with pytest.raises(ValueError, match=r"must be within actuator\.stroke, ±0\.127 m: check its unit"):
+            eft.identify(RIG, **sources)
+
+
 def test_damping_is_that_of_the_structure(capsys):
     free = eft.identification.free_vibration(RIG, 0.02)
     write("a.csv", **{"time (s)": np.arange(free.size) / 512.0, "displacement (mm)": 1e3 * free})

@@ -9,6 +9,7 @@ import click
 
 import eft
 from eft._display import shown
+from eft._laboratory import check_travel
 from eft._test_file import read_rig
 from eft.cli._data import data_options, read_data, rig_option
 from eft.cli._identify._answer import found_table, give, numbers, output_option, row
@@ -16,10 +17,12 @@ from eft.cli._output import FILE, as_json, epilog, table, units_option
 from eft.traces import Traces
 
 
-def _area(piston_area: float | None, rig: Path | None) -> float:
-    """The piston area, given or of a rig, m²."""
+def _area(piston_area: float | None, rig: Path | None, runs: list[Traces]) -> float:
+    """The piston area, m², given or of a rig, whose actuator must be able to make the displacements."""
     if rig is not None and piston_area is None:
-        return float(read_rig(rig, {})["actuator.piston_area"])
+        actuator = read_rig(rig, {})
+        check_travel(actuator, runs)
+        return float(actuator["actuator.piston_area"])
     if piston_area is not None and rig is None:
         return piston_area
     raise click.UsageError("give --piston-area or --rig, exactly one of them")
@@ -78,7 +81,7 @@ def delay(
 )
 @click.argument("files", type=FILE, nargs=-1, required=True)
 @click.option("--piston-area", type=float, metavar="M2", help="Effective piston area.")
-@click.option("--rig", type=FILE, help="Rig file, for the piston area.")
+@click.option("--rig", type=FILE, help="Rig file, for piston area and stroke.")
 @click.option("--knots", type=int, default=21, show_default=True, help="Control points from -1 to 1, odd.")
 @output_option("the curve")
 @units_option
@@ -94,8 +97,8 @@ def curve(
     **data: Any,
 ) -> None:
     """Find the valve's flow curve in spool and displacement of tests without load, one file per test."""
-    area = _area(piston_area, rig)
     runs = _of_one_rate(files, rig=rig, **data)
+    area = _area(piston_area, rig, runs)
     found = eft.identify_flow_curve(
         [run["spool"] for run in runs],
         [run["displacement"] for run in runs],
@@ -125,7 +128,7 @@ def curve(
 )
 @click.argument("files", type=FILE, nargs=-1, required=True)
 @click.option("--piston-area", type=float, metavar="M2", help="Effective piston area.")
-@click.option("--rig", type=FILE, help="Rig file, for the piston area.")
+@click.option("--rig", type=FILE, help="Rig file, for piston area and stroke.")
 @output_option("overlap and null bias")
 @data_options
 @as_json
@@ -138,8 +141,8 @@ def overlap(
     **data: Any,
 ) -> None:
     """Find overlap and null bias of the spool in slow strokes near null without load, one file per test."""
-    area = _area(piston_area, rig)
     runs = _of_one_rate(files, rig=rig, **data)
+    area = _area(piston_area, rig, runs)
     found = eft.identification.identify_overlap(
         [run["spool"] for run in runs], [run["displacement"] for run in runs], runs[0].sample_rate, area
     )
