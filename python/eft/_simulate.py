@@ -235,6 +235,11 @@ def simulate(
         show(rig, command, dtype)
     options: dict[str, Any] = {"method": method or "exponential", "largest_step": largest_step}
     if structure is not None:
+        if not callable(structure):
+            kind = type(structure).__name__
+            raise ValueError(
+                f"structure = an object of type {kind}: must be callable as structure(force, dt)"
+            )
         options["structure"] = structure
     if controller is None:
         outcome = _native.simulate(rig, command, dtype, progress, **options)

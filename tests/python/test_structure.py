@@ -123,6 +123,11 @@ def test_another_exception_is_not_the_structures(error):
         eft.simulate(RIG, SWEEP, structure=FailsAt(RIG, 0.5, failing(error)))
 
 
+def test_a_structure_that_is_no_function_is_refused():
+    with pytest.raises(ValueError, match=r"^structure = an object of type int: must be callable as"):
+        eft.simulate(RIG, SWEEP, structure=3)
+
+
 @pytest.mark.parametrize("answer", [None, 1.0, (1.0,), [0.0, 0.0], ("a", "b"), (0.0, 0.0, 0.0)])
 def test_an_answer_that_is_none_is_refused(answer):
     says = r"^structure = an object of type \w+: must return \(displacement, velocity\), two numbers, in m"
