@@ -37,6 +37,26 @@ def test_noise_does_not_make_it_diverge():
     assert min(found.errors) < 0.5 * found.errors[0]
 
 
+@pytest.mark.parametrize(
+    ("factor", "says"),
+    [
+        (-1.0, "force = against the command"),
+        (4.448, "force = 4.4 times the command"),
+        (1e-3, "check the units"),
+    ],
+)
+def test_a_measured_force_of_another_sign_or_unit_is_refused(factor, says):
+    run = eft.simulate(RIG, SHORT)
+    measured = Traces("m.csv", 2048.0, {"command": run.command, "force": factor * run.force})
+    with pytest.raises(ValueError, match=says):
+        eft.iterate(measured, SHORT)
+
+
+def test_a_measured_test_without_compensation_is_corrected():
+    run = eft.simulate(RIG.replace({"compensation.mode": "off"}), SHORT)
+    assert eft.iterate(Traces.from_run(run), SHORT).corrected.any()
+
+
 def test_a_measured_test_takes_the_first_step_of_the_rig():
     on_rig = eft.iterate(RIG, SHORT, repeats=1)
     run = eft.simulate(RIG, SHORT)
