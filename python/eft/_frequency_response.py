@@ -24,6 +24,9 @@ __all__ = ["FrequencyResponse", "ValveEstimate", "identify_valve", "read_frequen
 _LARGEST = 4 * 1024**2
 """Largest size of a file with a frequency response, in bytes."""
 
+_LARGEST_MISFIT = 0.4
+"""Largest rms difference between response and fit, over that of the response."""
+
 _COLUMNS = {
     "frequency": (("frequency", "freq", "f"), {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / math.pi}),
     "amplitude": (
@@ -179,11 +182,17 @@ def identify_valve(frequency: ArrayLike, amplitude: ArrayLike, phase: ArrayLike)
     delay = b1 / (b0 * scale)
     fit = 1.0 / (1.0 + 1j * s * b1 / b0 - s**2 * b2 / b0)
     own = measured * b0
+    misfit = float(np.sqrt(np.mean(np.abs(own - fit) ** 2) / np.mean(np.abs(own) ** 2)))
+    if misfit > _LARGEST_MISFIT:
+        raise ValueError(
+            f"frequency response: differs from that of second order by {misfit:.0%} (rms): must be at most "
+            f"{_LARGEST_MISFIT:.0%}: check the units of amplitude and phase, or leave out high frequencies"
+        )
     return ValveEstimate(
         estimate(natural, [0.5 * natural / b0, 0.0, -0.5 * natural / b2]),
         estimate(damping, [-0.5 * damping / b0, damping / b1, -0.5 * damping / b2]),
         estimate(delay, [-delay / b0, delay / b1, 0.0]),
-        float(np.sqrt(np.mean(np.abs(own - fit) ** 2) / np.mean(np.abs(own) ** 2))),
+        misfit,
         f,
         own,
         fit,
@@ -197,6 +206,7 @@ def read_frequency_response(
 
     The header names each column and its unit: frequency in Hz, kHz or rad/s; amplitude or gain in dB, 1 or %;
     phase in deg or rad, negative where the spool lags. Cells are separated by commas, semicolons or tabs.
+    Between semicolons or tabs, numbers may have decimal commas.
 
     Parameters
     ----------
@@ -234,6 +244,8 @@ def read_frequency_response(
         raise ValueError(f"{path}: is empty, must have a header and one line per frequency")
     separator = next((one for one in ";\t" if one in lines[0]), ",")
     header, *rows = list(csv.reader(lines, delimiter=separator))
+    if separator != ",":
+        rows = [[cell.replace(",", ".") for cell in row] for row in rows]
     answer = []
     for name, (aliases, units) in _COLUMNS.items():
         column, unit = _column(path, header, name, aliases, units)

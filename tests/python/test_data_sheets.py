@@ -278,6 +278,23 @@ def test_a_frequency_response_names_its_units(header, name, tmp_path, monkeypatc
     assert name in capsys.readouterr().err
 
 
+def test_a_frequency_response_may_have_decimal_commas(tmp_path):
+    bode(tmp_path / "bode.csv")
+    expected = eft.identification.read_frequency_response(tmp_path / "bode.csv")
+    text = (tmp_path / "bode.csv").read_text()
+    for separator in (";", "\t"):
+        (tmp_path / "comma.csv").write_text(text.replace(",", separator).replace(".", ","))
+        found = eft.identification.read_frequency_response(tmp_path / "comma.csv")
+        assert np.array_equal(found, expected)
+
+
+def test_a_frequency_response_in_another_unit_is_refused(tmp_path):
+    bode(tmp_path / "bode.csv")
+    frequency, amplitude, phase = eft.identification.read_frequency_response(tmp_path / "bode.csv")
+    with pytest.raises(ValueError, match=r"must be at most 40%: check the units of amplitude and phase"):
+        eft.identification.identify_valve(frequency, 10 ** (amplitude / 20), phase)
+
+
 def test_a_unit_of_another_dimension_is_refused_with_the_ones_that_fit():
     with pytest.raises(ValueError, match="26 kip") as refused:
         eft.data_sheets.structure("26 kip", "2 Hz", "2 %")
