@@ -48,7 +48,7 @@ def largest_scale(
 
     Factors are doubled or halved from 1 until one test is usable and the next is not. The interval between
     them is then bisected. If the verdict is not monotonic in the factor, the result is the end of one
-    interval.
+    interval. `check_feasibility` judges before the test, with margins, and may refuse a smaller factor.
 
     Parameters
     ----------

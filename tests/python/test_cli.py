@@ -391,4 +391,6 @@ def test_a_missing_package_is_named_with_its_extra(folder, monkeypatch, capsys):
 
 def test_a_factor_without_a_limit_is_any(folder, capsys):
     assert main(["check", "--record", "elcentro", "--scale", "0", "--largest"]) == 0
-    assert "largest factor on this command: any" in capsys.readouterr().out
+    assert (
+        "largest factor on this command with a usable test on the virtual rig: any" in capsys.readouterr().out
+    )

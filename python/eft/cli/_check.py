@@ -36,7 +36,11 @@ from eft.cli._run import graded, metrics_of, remedies_of
 @command_options
 @click.option("--valves", type=FILE, help="Catalogue of valves (TOML): try each valve and print one table.")
 @click.option("--try-remedies", is_flag=True, help="Run the test once more with all remedies, and compare.")
-@click.option("--largest", is_flag=True, help="Find the largest factor on the command that the rig can do.")
+@click.option(
+    "--largest",
+    is_flag=True,
+    help="Find the largest factor on the command with a usable test on the virtual rig.",
+)
 @units_option
 @as_json
 def check(
@@ -107,7 +111,10 @@ def check(
         if scale:
             limits = "".join(f"\n- {reason}" for reason in scale.limited_by)
             most = factor(scale.scale)
-            click.echo(f"\nlargest factor on this command: {most}{limits and ', limited by:'}{limits}")
+            click.echo(
+                f"\nlargest factor on this command with a usable test on the virtual rig: {most}"
+                f"{limits and ', limited by:'}{limits}"
+            )
     if not outcome.ok:
         raise click.exceptions.Exit(1)
 
