@@ -42,6 +42,12 @@ def test_the_rig_of_the_paper_in_si():
     assert table["flows"][0] == pytest.approx(-536.2 * inch**3, rel=1e-12)
 
 
+def test_a_designed_loop_is_named_as_digital():
+    rig = eft.Rig.zhao2005()
+    assert " analog controller " in repr(rig)
+    assert " digital controller " in repr(rig.replace({"controller.force_loop": "robust"}))
+
+
 def test_a_rig_of_the_required_keys_has_the_defaults_that_the_schema_names():
     tree = {}
     for key, row in KEYS.items():

@@ -9,7 +9,7 @@ pub(crate) use keys::{quantity, rig_keys};
 use std::path::PathBuf;
 
 use eft_sim::RigConfig;
-use eft_sim::config::{KEYS, StructureKind};
+use eft_sim::config::{KEYS, Realization, StructureKind};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyMapping};
@@ -290,7 +290,8 @@ impl Rig {
             config.name.as_deref().unwrap_or("without a name"),
             word("compensation.mode"),
             config.compensation.level,
-            word("controller.realization"),
+            // A designed loop is digital, whatever its key says.
+            if config.controller.realization == Realization::Digital { "digital" } else { "analog" },
             config.controller.sample_rate,
             word("structure.kind"),
         )
