@@ -176,6 +176,32 @@ fn check_no_time(rows: Rows<'_>, width: usize) -> Result<(), Fault> {
     Ok(())
 }
 
+/// The fault of times that do not rise evenly, at the step that differs most from the median.
+fn uneven(rows: Rows<'_>, times: &[f64], mean: f64) -> Fault {
+    let mut sorted: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted[sorted.len() / 2];
+    let off = |pair: &[f64]| (pair[1] - pair[0] - median).abs();
+    let mut worst: Option<(&[f64], &Line<'_>)> = None;
+    for (pair, row) in times.windows(2).zip(rows.iter().skip(1)) {
+        if worst.is_none_or(|(least, _)| off(pair) > off(least)) {
+            worst = Some((pair, row));
+        }
+    }
+    let allowed = "must increase by even steps";
+    match worst {
+        Some((pair, row)) => {
+            let step = pair[1] - pair[0];
+            let message = format!(
+                "time is {}, {step:.4e} after the one before, the mean step is {mean:.4e}: {allowed}",
+                pair[1]
+            );
+            Fault::at(row, message)
+        }
+        None => Fault::new(format!("time {allowed}")),
+    }
+}
+
 /// The step of times, which must rise evenly; `None` for a single time.
 fn step_of(rows: Rows<'_>, times: &[f64]) -> Result<Option<f64>, Fault> {
     let (Some(first), Some(last)) = (times.first(), times.last()) else { return Ok(None) };
@@ -186,12 +212,9 @@ fn step_of(rows: Rows<'_>, times: &[f64]) -> Result<Option<f64>, Fault> {
     if step <= 0.0 || !step.is_finite() {
         return Err(Fault::new(format!("the time column runs from {first} to {last}: it must increase")));
     }
-    for (i, (time, row)) in times.iter().zip(rows.iter()).enumerate() {
-        let regular = first + i as f64 * step;
-        if (time - regular).abs() > TIME_TOLERANCE * step {
-            let message = format!("time is {time}, but an even step of {step} leads to {regular}");
-            return Err(Fault::at(row, message));
-        }
+    let regular = |(i, time): (usize, &f64)| (time - first - i as f64 * step).abs() <= TIME_TOLERANCE * step;
+    if !times.iter().enumerate().all(regular) {
+        return Err(uneven(rows, times, step));
     }
     // Subtraction causes rounding errors in the last digits (0.019999999999999997).
     Ok(Some(format!("{step:.11e}").parse().unwrap_or(step)))

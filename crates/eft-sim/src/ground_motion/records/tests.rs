@@ -284,6 +284,18 @@ fn a_time_among_columns_without_names_is_no_acceleration() {
 }
 
 #[test]
+fn a_gap_in_the_times_is_named_where_it_is() {
+    let rows: String = (0..400)
+        .map(|i| format!("{:.3},{}\n", 0.005 * f64::from(if i < 200 { i } else { i + 1 }), i % 3))
+        .collect();
+    let said = message(format!("time (s),acc (g)\n{rows}"), "x.csv");
+    assert!(
+        said.contains("line 202: time is 1.005, 1.0") && said.contains("must increase by even steps"),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_knet_record_is_its_counts_times_the_factor_less_their_mean() {
     let (bytes, name) = sample!("knet.NS");
     let record = parse(bytes, name).unwrap();
