@@ -275,7 +275,8 @@ impl<T: Real> FlowCurve<T> {
         evidence.instrument_departures =
             forgetting * evidence.instrument_departures + instrument * s.departures;
         let [back, forth] = &evidence.directions;
-        let flows = back.flows + forth.flows + T::splat(COMMON_WEIGHT);
+        // The first sums may have the wrong sign, by noise.
+        let flows = (back.flows + forth.flows).abs() + T::splat(COMMON_WEIGHT);
         evidence.common = flow_gain * evidence.instrument_departures / flows;
     }
 

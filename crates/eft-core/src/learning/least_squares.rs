@@ -138,7 +138,8 @@ impl<T: Real> Priors<T> {
     pub(crate) fn variances(&self, sums: &LeastSquares<T>, squares: &[[T; 2]; 2]) -> [T; 2] {
         let [[zz, zw], [_, ww]] = *squares;
         let Some(rows) = sums.inverse(self.weights) else { return [T::splat(0.0); 2] };
-        let [gain, delay] = rows.map(|[a, b]| a * a * zz + T::splat(2.0) * a * b * zw + b * b * ww);
+        // Rounding may change the sign of a small sum.
+        let [gain, delay] = rows.map(|[a, b]| (a * a * zz + T::splat(2.0) * a * b * zw + b * b * ww).abs());
         [gain, delay * (self.period * self.period)]
     }
 }

@@ -8,9 +8,10 @@ mod check;
 mod start;
 
 use crate::compensation::{NODES, PIECES};
+use crate::learning::curve_nodes::DEPARTURE;
 use crate::learning::flow_curve::FlowCurve;
 use crate::learning::learner::{Learner, LearnerState};
-use crate::number::Real;
+use crate::number::{Real, Scalar};
 
 /// A calibration to keep over a restart, made by [`Learner::saved`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -196,7 +197,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 .map(|variance| of(variance.sqrt()) * step),
             error: of(self.curve.mean_square(curve).sqrt()) * step,
             flow_gain_share: of(FlowCurve::share(curve)),
-            mean_departure: of(curve.common),
+            // As a mean over little flow it may exceed every departure.
+            mean_departure: of(curve.common).limit(-DEPARTURE, DEPARTURE),
             time: of(memory.time),
             sensor_offset: of(curve.sensor),
             null_time: of(memory.null_time),

@@ -143,3 +143,16 @@ fn map_increases_whatever_was_learned() {
     assert!(state.apply(f64::NAN).is_nan());
     assert!(state.state.beyond > 0.0 || state.evidence.asymmetry.abs() < LARGEST_ASYMMETRY);
 }
+
+/// Noise of the velocity is larger than a small flow, so that the first sums can have the wrong sign.
+#[test]
+fn the_mean_departure_is_a_share_of_the_flow_whatever_its_sign() {
+    for flow in [-1.0, -0.5, -0.1, -0.05] {
+        let mut l = Learned::default();
+        l.evidence.departures[7] = 0.2;
+        // With an instrument of 0.1 the sum of their products is near the weight of the prior, or beyond.
+        let sample = CURVE.sample(&l.evidence, flow, [0.1, 1.0], [0.0; 2]);
+        CURVE.learn(&mut l.state, &mut l.evidence, &CurveSample { instrument: 0.1, ..sample }, 1.0, 0.984);
+        assert!(l.evidence.common.abs() <= DEPARTURE, "{flow}: {:?}", l.evidence);
+    }
+}

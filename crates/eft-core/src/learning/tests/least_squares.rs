@@ -116,3 +116,24 @@ fn an_estimate_stops_at_its_bounds_and_reports_the_distance() {
         near("away", found.away, result - bound);
     }
 }
+
+/// The squares of one window have no inverse, and the priors hardly add to those of a fast motion.
+#[test]
+fn rounding_makes_no_variance_negative() {
+    let priors = Priors::<f32> {
+        period: 0.004,
+        per_period: 250.0,
+        nominal_delay: 0.005,
+        weights: [1e-6, 1e-9],
+        gain: Range { bounds: [0.5, 1.5], change: 10.0 },
+        delay: Range { bounds: [0.001, 0.009], change: 10.0 },
+    };
+    for n in 1..1000_u16 {
+        let (opening, decrease) = (0.3 * libm::sinf(f32::from(n)), 0.2 * libm::cosf(f32::from(n)));
+        let mut sums = LeastSquares::default();
+        let regressors = [opening, decrease];
+        sums.add(regressors, regressors, 0.0, Weight { time: 0.004, forgetting: 1.0 });
+        let variances = priors.variances(&sums, &sums.matrix);
+        assert!(variances.iter().all(|variance| *variance >= 0.0), "{regressors:?}: {variances:?}");
+    }
+}
