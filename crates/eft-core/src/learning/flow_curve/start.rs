@@ -96,9 +96,18 @@ impl<T: Real> FlowCurve<T> {
         let flows = excess(half * variance / (deviation * deviation), gain_belief);
         let slopes = half * (null_time / self.period()) * (slope * slope);
         let alone = (one - null_coupling) * (slopes + slopes) + null_belief;
+        // Sums with more coupling would contradict each other. A motion in one direction has more, because all of its
+        // evidence is in one sum. A shorter time with less coupling then has the same variance.
+        let most = flows / (flows + gain_belief);
+        let [slopes, null_coupling] = if null_coupling > most {
+            [slopes * (one - null_coupling) / (one - most), most]
+        } else {
+            [slopes, null_coupling]
+        };
         (evidence.asymmetry, evidence.null) = (asymmetry, null);
         (state.offset, state.variance) = (null + distance, variance / alone);
-        let coupled = (null_coupling * slopes * (flows + gain_belief)).sqrt();
+        // Two roots, because the product of both sums may overflow.
+        let coupled = (null_coupling * slopes).sqrt() * (flows + gain_belief).sqrt();
         // The normal equations of the offset and of this direction's gain over that of the flow.
         let of = |gain: T, slope_instruments: T| {
             let error = gain / flow_gain - one;
