@@ -155,6 +155,8 @@ def test_it_is_refused_where_it_does_not_belong(rig: eft.Rig, run: eft.TestRun) 
         "calibration.version = 3: must be 4: repeat the test": kept | {"version": 3},
         r"calibration.evidence.distances.flow_gain": kept
         | {"evidence": kept.evidence | {"distances": kept.evidence.distances | {"flow_gain": 2e6}}},
+        "calibration.curve.departures = 0.1: must lie in": kept
+        | {"curve": kept["curve"] | {"departures": [0.1] + 16 * [0.0]}},
         "unknown key `calibration.deviations": kept | {"deviations": {"flow_gain": 1e-3}},
         "missing key `calibration.": {"flow_gain": 1.0},
     }

@@ -131,7 +131,7 @@ fn a_departure_reaches_a_fifth_of_its_flow() {
             assert!(with(share).is_ok(), "{node}: {share}");
         }
         for share in [0.201, -0.201] {
-            assert_eq!(refused(with(share)), "calibration.departures", "{node}: {share}");
+            assert_eq!(refused(with(share)), "calibration.curve.departures", "{node}: {share}");
         }
     }
 }
@@ -271,18 +271,18 @@ fn impossible_data_are_refused_by_name() {
     refuses("calibration.evidence.distances.response_delay", |s| s.evidence.distances.response_delay = 2e6);
     refuses("calibration.evidence.distances.velocity_delay", |s| s.evidence.distances.velocity_delay = -2e6);
     refuses("calibration.evidence.distances.null_offset", |s| s.evidence.distances.null_offset = f64::NAN);
-    refuses("calibration.asymmetry", |s| s.curve.asymmetry = -0.31);
-    refuses("calibration.asymmetry_deviation", |s| s.curve.asymmetry_deviation = 0.0);
-    refuses("calibration.curve_error", |s| s.curve.error = 0.0);
-    refuses("calibration.flow_gain_share", |s| s.curve.flow_gain_share = -0.21);
-    refuses("calibration.mean_departure", |s| s.curve.mean_departure = 1.01);
-    refuses("calibration.curve_time", |s| s.curve.time = 4.1);
-    refuses("calibration.sensor_offset", |s| s.curve.sensor_offset = f64::NAN);
-    refuses("calibration.null_time", |s| s.curve.null_time = -1.0);
-    refuses("calibration.null_coupling", |s| s.curve.null_coupling = 1.01);
-    refuses("calibration.departures", |s| s.curve.departures[7] = f64::NAN);
-    refuses("calibration.departures", |s| s.curve.departures[8] = 1e-6);
-    refuses("calibration.departure_deviations", |s| s.curve.departure_deviations[2] = -1e-6);
+    refuses("calibration.curve.asymmetry", |s| s.curve.asymmetry = -0.31);
+    refuses("calibration.curve.asymmetry_deviation", |s| s.curve.asymmetry_deviation = 0.0);
+    refuses("calibration.curve.error", |s| s.curve.error = 0.0);
+    refuses("calibration.curve.flow_gain_share", |s| s.curve.flow_gain_share = -0.21);
+    refuses("calibration.curve.mean_departure", |s| s.curve.mean_departure = 1.01);
+    refuses("calibration.curve.time", |s| s.curve.time = 4.1);
+    refuses("calibration.curve.sensor_offset", |s| s.curve.sensor_offset = f64::NAN);
+    refuses("calibration.curve.null_time", |s| s.curve.null_time = -1.0);
+    refuses("calibration.curve.null_coupling", |s| s.curve.null_coupling = 1.01);
+    refuses("calibration.curve.departures", |s| s.curve.departures[7] = f64::NAN);
+    refuses("calibration.curve.departures", |s| s.curve.departures[8] = 1e-6);
+    refuses("calibration.curve.departure_deviations", |s| s.curve.departure_deviations[2] = -1e-6);
     // A calibration is refused for another table.
     let linear = Parameters { mode: eft_core::Mode::Linear, ..BESIDE };
     let learner = Learner::<f64, 21>::new(&linear).unwrap();

@@ -76,20 +76,25 @@ fn check_evidence(e: &SavedEvidence) -> Result<(), ConfigError> {
 
 /// `greatest` is the greatest flow (m³/s) of the table.
 fn check_curve(curve: &SavedCurve, greatest: f64) -> Result<(), ConfigError> {
-    near("calibration.asymmetry", curve.asymmetry, [-LARGEST_ASYMMETRY, LARGEST_ASYMMETRY])?;
-    within("calibration.asymmetry_deviation", curve.asymmetry_deviation, LEAST_DEVIATION, LARGEST_DEVIATION)?;
-    within("calibration.curve_error", curve.error, SMALLEST, LARGEST_FLOW)?;
-    near("calibration.flow_gain_share", curve.flow_gain_share, [-DEPARTURE, DEPARTURE])?;
+    near("calibration.curve.asymmetry", curve.asymmetry, [-LARGEST_ASYMMETRY, LARGEST_ASYMMETRY])?;
+    within(
+        "calibration.curve.asymmetry_deviation",
+        curve.asymmetry_deviation,
+        LEAST_DEVIATION,
+        LARGEST_DEVIATION,
+    )?;
+    within("calibration.curve.error", curve.error, SMALLEST, LARGEST_FLOW)?;
+    near("calibration.curve.flow_gain_share", curve.flow_gain_share, [-DEPARTURE, DEPARTURE])?;
     for (n, (departure, deviation)) in curve.departures.iter().zip(&curve.departure_deviations).enumerate() {
         let reach = DEPARTURE * (n as f64 + FIRST_NODE).abs() * greatest / (PIECES / 2 - 1) as f64;
-        near("calibration.departures", *departure, [-reach, reach])?;
-        near("calibration.departure_deviations", *deviation, [0.0, reach])?;
+        near("calibration.curve.departures", *departure, [-reach, reach])?;
+        near("calibration.curve.departure_deviations", *deviation, [0.0, reach])?;
     }
-    within("calibration.mean_departure", curve.mean_departure, -1.0, 1.0)?;
-    within("calibration.curve_time", curve.time, 0.0, LONGEST_AVERAGE)?;
-    within("calibration.sensor_offset", curve.sensor_offset, -LARGEST_OPENING, LARGEST_OPENING)?;
-    within("calibration.null_time", curve.null_time, 0.0, LONGEST)?;
-    within("calibration.null_coupling", curve.null_coupling, 0.0, 1.0)?;
+    within("calibration.curve.mean_departure", curve.mean_departure, -1.0, 1.0)?;
+    within("calibration.curve.time", curve.time, 0.0, LONGEST_AVERAGE)?;
+    within("calibration.curve.sensor_offset", curve.sensor_offset, -LARGEST_OPENING, LARGEST_OPENING)?;
+    within("calibration.curve.null_time", curve.null_time, 0.0, LONGEST)?;
+    within("calibration.curve.null_coupling", curve.null_coupling, 0.0, 1.0)?;
     Ok(())
 }
 
