@@ -34,7 +34,7 @@ def start_from(plan: TestPlan, path: Path) -> TestPlan:
     """
     text = read_text(path)
     sections = parse_toml(path, text)
-    if list(sections) != ["calibration"]:
+    if list(sections) != ["calibration"] or not sections["calibration"]:
         raise ValueError(
             f"--calibration {path}: must have a section [calibration], or one for each floor, "
             "and nothing else"

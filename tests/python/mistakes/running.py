@@ -56,6 +56,11 @@ WRONG = {
         {"old.toml": "[calibration]\nversion = 2\n"},
         ["old.toml, line 2", "calibration.version = 2", "must be 4: repeat the test"],
     ),
+    "empty calibration": (
+        [*SWEEP, *CORRECTED, "--calibration", "empty.toml"],
+        {"empty.toml": "[calibration]\n"},
+        ["empty.toml", "must have a section [calibration]"],
+    ),
     "rig to save over the test": (
         ["run", "test.toml", *CORRECTED, "--save-rig", "./test.toml"],
         {"test.toml": paper()},
