@@ -274,7 +274,7 @@ typedef struct eft_error {
   double lowest;                     // lowest value allowed
   double highest;                    // highest value allowed
   uint32_t index;                    // entry of a table
-  char parameter[28];                // name of the parameter, terminated by a zero byte
+  char parameter[52];                // name of the parameter, terminated by a zero byte
 } eft_error;
 
 /* ---------- The tick ---------- */
@@ -601,7 +601,7 @@ EFT_STATIC_ASSERT(sizeof(eft_learning) == 72);
 EFT_STATIC_ASSERT(sizeof(eft_plausibility) == 64);
 EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 904);
-EFT_STATIC_ASSERT(sizeof(eft_error) == 56);
+EFT_STATIC_ASSERT(sizeof(eft_error) == 80);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 536);
 EFT_SIZES(eft_channel, 1328, 2640);
 EFT_SIZES(eft_state, 1696, 3376);

@@ -225,7 +225,7 @@ data! {
         lowest: f64, "lowest value allowed";
         highest: f64, "highest value allowed";
         index: u32, "entry of a table";
-        parameter: [c_char; 28], "name of the parameter, terminated by a zero byte";
+        parameter: [c_char; 52], "name of the parameter, terminated by a zero byte";
     }
 }
 
@@ -244,8 +244,8 @@ fn refusal(error: ConfigError) -> (u8, eft_error) {
         }
         _ => (EFT_REFUSED, "", [0.0; 3], 0),
     };
-    let mut parameter = [0; 28];
-    for (to, from) in parameter.iter_mut().take(27).zip(name.bytes()) {
+    let mut parameter = [0; 52];
+    for (to, from) in parameter.iter_mut().take(51).zip(name.bytes()) {
         *to = from as c_char;
     }
     (code, eft_error { value, lowest, highest, index: index as u32, parameter })

@@ -234,6 +234,32 @@ fn a_refusal_says_which_value_entry_and_range() {
 }
 
 #[test]
+fn a_calibration_is_refused_by_the_whole_name() {
+    type Change = fn(&mut eft_saved_calibration);
+    let cases: [(Change, &str); 4] = [
+        (|saved| saved.version = 0, "calibration.version"),
+        (|saved| saved.asymmetry_deviation = 0.0, "calibration.curve.asymmetry_deviation"),
+        (|saved| saved.mean_square_frequency = -1.0, "calibration.evidence.mean_square_frequency"),
+        (|saved| saved.response_delay_distance = 2e6, "calibration.evidence.distances.response_delay"),
+    ];
+    let (learner, mut learned) = nothing_learned(&for_c(&LEARNING));
+    let (mut saved, mut why) = (zeroed::<eft_saved_calibration>(), zeroed::<eft_error>());
+    for (change, name) in cases {
+        // Safety: every pointer is valid.
+        let code = unsafe {
+            assert_eq!(eft_save_calibration_f32(&*learner, &*learned, &mut *saved), EFT_OK);
+            (saved.excitation, saved.time) = (0.3, 7.0);
+            assert_eq!(eft_start_from_f32(&*learner, &*saved, &mut *learned, &mut *why), EFT_OK);
+            change(&mut saved);
+            eft_start_from_f32(&*learner, &*saved, &mut *learned, &mut *why)
+        };
+        let said = why.parameter.map(|c| c as u8);
+        assert_eq!(said.split(|c| *c == 0).next().unwrap(), name.as_bytes());
+        assert_eq!(code, EFT_OUT_OF_RANGE, "{name}");
+    }
+}
+
+#[test]
 fn a_configuration_is_checked_against_its_parameters() {
     let p = for_c(&GUARDED);
     let (mut channel, _) = at_rest(&p);
