@@ -113,7 +113,7 @@ class CalibrationEvidence(Section[EvidenceName]):
     mean_square_frequency: float
     """Mean-square frequency of the motion, 1/s²: the mean of the opening's squared rate."""
     growth: float
-    """Mean of opening times its rate, 1/s."""
+    """Mean of opening times its rate, 1/s: the rate at which the motion grew."""
     flow: float
     """Mean of opening times flow, m³/s."""
     flow_rate: float

@@ -53,7 +53,7 @@ pub struct SavedEvidence {
     pub mean_weight: f64,
     /// Mean-square frequency (1/s²) of the motion: the mean of `ẋ²`.
     pub mean_square_frequency: f64,
-    /// Mean of `x·ẋ` (1/s).
+    /// Mean of `x·ẋ` (1/s), the rate at which the motion grew; about 0 if its size is constant.
     pub growth: f64,
     /// Mean of `x·q` (m³/s).
     pub flow: f64,
