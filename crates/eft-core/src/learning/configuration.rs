@@ -137,7 +137,8 @@ macro_rules! constructor {
                 // Bounds and start of the delay.
                 let [least, most] = check!(bounds("response_delay_bounds", l.response_delay_bounds));
                 let least = least * p.response_delay;
-                let lowest = if least > 2.0 * sample { least } else { 2.0 * sample };
+                let shortest = t::SHORTEST_DELAY * sample;
+                let lowest = if least > shortest { least } else { shortest };
                 let most = most * p.response_delay;
                 let highest = if most > lowest { most } else { lowest };
                 check!(within("response_delay_bounds", highest, 0.0, LONGEST_DELAY));
@@ -239,7 +240,7 @@ macro_rules! constructor {
                         integrated: (integral * period) as $t,
                         low_pass: share(tau * guard::LOW_PASS, period) as $t,
                         average: share(1.0 / guard::AVERAGE, period) as $t,
-                        slow_average: share(0.25 / guard::AVERAGE, period) as $t,
+                        slow_average: share(1.0 / guard::SLOW_AVERAGE, period) as $t,
                         quiet: (guard::QUIET * guard::QUIET) as $t,
                         tolerated: (if integral > 0.0 {
                             guard::TOLERATED_WITH_INTEGRAL

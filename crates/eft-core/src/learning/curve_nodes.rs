@@ -5,12 +5,11 @@
 
 use crate::compensation::{CurvePiece, FIRST_NODE, NODES, PIECES, node_below, table_itself};
 use crate::integrity::integrity;
+use crate::learning::tuning::CURVE_DEPARTURE;
 use crate::number::Real;
 
 /// Prior standard deviation of a node's departure from its direction, over the node's flow.
 pub(super) const NODE_DEVIATION: f64 = 0.05;
-/// Largest departure of a node from its direction, over the node's flow.
-pub(super) const DEPARTURE: f64 = 0.2;
 /// Least rise from node to node (steps).
 const RISE: f64 = 0.3;
 
@@ -71,7 +70,7 @@ impl<T: Real> CurveNodes<T> {
         let grown = if grown < most { grown } else { most };
         let share = grown / (weight * weight * grown + noise);
         *variance = share * noise;
-        let reach = T::splat(DEPARTURE) * at.abs();
+        let reach = T::splat(CURVE_DEPARTURE) * at.abs();
         *departure = (*departure + share * weight * error).limit(-reach, reach);
     }
 

@@ -22,7 +22,8 @@ pub(super) use start::{Known, Memory};
 
 use crate::compensation::{CurveGrid, NODES, node_below};
 use crate::integrity::integrity;
-use crate::learning::curve_nodes::{CurveNodes, DEPARTURE, interpolate, prior_variance};
+use crate::learning::curve_nodes::{CurveNodes, interpolate, prior_variance};
+use crate::learning::tuning::CURVE_DEPARTURE;
 use crate::number::Real;
 
 /// Prior standard deviation of a direction's gain (1).
@@ -192,7 +193,7 @@ impl<T: Real> FlowCurve<T> {
     /// Share of the flow gain (1) that follows from the departures in the [straightened](Self::straightened) flows of its
     /// memory. The table itself would have the flow gain over 1 plus this share.
     pub(super) fn share(evidence: &CurveEvidence<T>) -> T {
-        let (flows, most) = (evidence.recent_flows, T::splat(DEPARTURE));
+        let (flows, most) = (evidence.recent_flows, T::splat(CURVE_DEPARTURE));
         if flows > T::splat(0.0) { (evidence.recent_departures / flows).limit(-most, most) } else { flows }
     }
 

@@ -9,6 +9,7 @@ mod tests;
 use crate::integrity::integrity;
 use crate::learning::flow::FlowSample;
 use crate::learning::least_squares::Weight;
+use crate::learning::tuning::{GATE_CAUTION, GATE_SIGNAL};
 use crate::number::Real;
 
 /// Constants of the gate.
@@ -52,7 +53,7 @@ pub(crate) struct GateState<T> {
     hold_off: u32,
     /// Whether something was learned since the last rejection.
     learned: bool,
-    /// Whether nothing was learned since a rejection. A test ratio above one half is then rejected again.
+    /// Whether nothing was learned since a rejection. A smaller test ratio is then rejected again.
     cautious: bool,
 }
 integrity!(GateState<T>: signal, error, hold_off, learned, cautious);
@@ -102,12 +103,11 @@ impl<T: Real> Gate<T> {
         if state.hold_off > 0 || !usable {
             return Verdict::Passed;
         }
-        let allowed = if state.cautious { T::splat(0.5) * self.threshold } else { self.threshold };
+        let allowed = if state.cautious { T::splat(GATE_CAUTION) * self.threshold } else { self.threshold };
         if state.error <= allowed * state.signal {
             return Verdict::Accepted;
         }
-        // For a smaller signal the unexplained part may be noise.
-        if !(state.signal > T::splat(9.0) * self.excitation) {
+        if !(state.signal > T::splat(GATE_SIGNAL) * self.excitation) {
             return Verdict::Passed;
         }
         let learned = state.learned;

@@ -23,6 +23,11 @@ pub(crate) const SETTLING: f64 = 0.1;
 pub(crate) const GATE_AVERAGE: f64 = 0.03;
 /// Allowed squared error of the models, as a share of the signals' squares (1).
 pub const GATE_THRESHOLD: f64 = 0.03;
+/// Share of the threshold (1) that the gate allows between a rejection and the next evidence.
+pub const GATE_CAUTION: f64 = 0.5;
+/// Squares of the signals that the gate needs for a rejection, over the square of the opening from which on something is learned
+/// (1). The unexplained part of smaller signals may be noise.
+pub const GATE_SIGNAL: f64 = 9.0;
 /// Opening (1) beyond which the valve counts as saturated.
 pub(crate) const LINEAR_RANGE: f64 = 0.9;
 /// Time (s) that weights a rate of opening in comparison with an opening.
@@ -37,6 +42,8 @@ pub(crate) const FASTEST: f64 = 1.0e12;
 /// Largest share of the velocity's delay that is added for the phase of the lead network. Up to it the phase's expansion holds.
 pub(crate) const LARGEST_DEFICIT: f64 = 0.5;
 
+/// Shortest response delay (samples) that is learned.
+pub const SHORTEST_DELAY: f64 = 2.0;
 /// Largest rate (1/s) of the flow gain.
 pub const FLOW_GAIN_RATE: f64 = 0.5;
 /// Largest rate (1/s) of the valve gain.
@@ -63,5 +70,7 @@ pub(crate) const CURVE_AVERAGE: f64 = 4.0;
 pub(crate) const CURVE_CORRELATION: f64 = 0.12;
 /// Time (s) for which a disturbance of the spool's sensor may be in phase with the motion.
 pub(crate) const DISTURBANCE: f64 = 2.0;
+/// Largest departure of a node from its direction, over the node's flow (1).
+pub const CURVE_DEPARTURE: f64 = 0.2;
 /// Drift of a node over its own flow (1/√s of motion in the adjacent pieces).
 pub(crate) const CURVE_DRIFT: f64 = 0.016;

@@ -4,13 +4,10 @@ use std::f64::consts::TAU;
 
 use eft_core::guard_tuning::{LOWEST_LEVEL, TOLERATED, TOLERATED_WITH_INTEGRAL};
 
-use crate::analysis::linear::{Complex, compensated_share, delay_budget, lead_response, valve_response};
+use crate::analysis::linear::{Complex, compensated_share, lead_response, sampling_delays, valve_response};
 use crate::analysis::motion::motion;
 use crate::config::RigConfig;
 use crate::error::Result;
-
-/// Band (Hz) of the delay budget.
-const BUDGET: (f64, f64) = (0.25, 10.0);
 
 /// A rig whose compensation exceeds what its guard tolerates.
 #[derive(Debug, Clone)]
@@ -45,8 +42,8 @@ pub(crate) fn after_guard(rig: &RigConfig, gain: f64, sample_rate: f64) -> Resul
     let fixed = lasting.varied(|values| values.servovalve.flow_gain_scale /= less);
     let motion = motion(&fixed, sample_rate)?;
     let (frequency, used) = (motion.angular / TAU, motion.used_over_true);
-    let budget = delay_budget(rig, sample_rate, BUDGET)?;
-    let late = Complex::from_polar(1.0, -motion.angular * (budget.hold + budget.computation));
+    let [hold, computation] = sampling_delays(rig, sample_rate);
+    let late = Complex::from_polar(1.0, -motion.angular * (hold + computation));
     let supplied = lead_response(rig, frequency) * valve_response(rig, frequency) * late;
     // The error in phase with the velocity in use vanishes at this level.
     let full = compensated_share(&fixed)? * supplied.re;

@@ -2,26 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use eft_core::learner_tuning::{GATE_THRESHOLD, VELOCITY_DELAY_REACH};
+use eft_core::learner_tuning::{
+    CURVE_DEPARTURE, GATE_CAUTION, GATE_SIGNAL, GATE_THRESHOLD, SHORTEST_DELAY, VELOCITY_DELAY_REACH,
+};
 
 use crate::analysis::guarded::after_guard;
-use crate::analysis::linear::{compensated_share, delay_budget, valve_response};
+use crate::analysis::linear::{compensated_share, sampling_delays, valve_response};
 use crate::analysis::motion::motion;
 use crate::config::{ForceLoop, Realization, RigConfig};
 use crate::error::Result;
 
-/// Band (Hz) of the delay budget.
-const BUDGET: (f64, f64) = (0.25, 10.0);
 /// Longest response delay (s) that a rig may have.
 const LONGEST: f64 = 1.0;
-/// Opening (1) from which on the gate rejects, over that from which on it learns, and the share (1) of its threshold
-/// that it allows after a rejection.
-const JUDGED: f64 = 1.5;
-const CAUTIOUS: f64 = 0.5;
-/// Share of the flow (1) by which the curve correction extends the lowest flow gain.
-const BY_CURVE: f64 = 0.2;
-/// Samples of the shortest response delay.
-const SHORTEST: f64 = 2.0;
 
 /// An estimate that self-calibration needs and does not reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,7 +65,7 @@ pub(crate) fn after_learning(
     let known = rig.compensation.velocity_delay + rig.velocity_delay(sample_rate)?;
     let first = flow_gain / gain;
     let limits = &rig.compensation.learning;
-    if rejected(first, valve_gain, lap / (JUDGED * limits.excitation)) {
+    if rejected(first, valve_gain, lap / judged_opening(limits.excitation)) {
         let fixed = rig.with_fixed_gains(sample_rate)?.varied(|values| {
             values.compensation.adaptive = false;
             values.compensation.guard = true;
@@ -89,17 +81,17 @@ pub(crate) fn after_learning(
         // The valve command is measured behind the converter, whose delay must be told.
         unfound += (f64::from(rig.plant().dac.delay) - f64::from(rig.dac.delay)) / sample_rate;
     }
-    let budget = delay_budget(rig, sample_rate, BUDGET)?;
-    let late = budget.hold + budget.computation - unfound;
+    let [hold, computation] = sampling_delays(rig, sample_rate);
+    let late = hold + computation - unfound;
     let asked = Lead::with_phase(motion.angular * late - passed.arg(), rig.compensation.lead_alpha);
     let response_delay = rig.compensation.response_delay;
-    let shortest = (limits.shortest_delay * response_delay).max(SHORTEST / sample_rate);
+    let shortest = (limits.shortest_delay * response_delay).max(SHORTEST_DELAY / sample_rate);
     let longest =
         (limits.longest_delay * response_delay).max(shortest) + velocity_delay.clamp(0.0, most.max(0.0));
     let wanted = asked.delay / motion.angular;
     let delay = wanted.clamp(shortest, longest.max(shortest));
     let lead = Lead::with_delay(motion.angular * delay, rig.compensation.lead_alpha);
-    let by_curve = if rig.compensation.corrects_curve() { 1.0 - BY_CURVE } else { 1.0 };
+    let by_curve = if rig.compensation.corrects_curve() { 1.0 - CURVE_DEPARTURE } else { 1.0 };
     let (least_flow, least_gain) = (by_curve * limits.lowest_flow_gain, limits.lowest_valve_gain);
     let reached = (flow_gain / least_flow).min(1.0) * (valve_gain / least_gain).min(1.0);
     let found_level = reached * level / (share * lead.amplitude * passed.norm());
@@ -116,6 +108,12 @@ pub(crate) fn after_learning(
     Ok((rig, unreached.into_iter().flatten().collect()))
 }
 
+/// Root-mean-square opening (1) from which on the gate rejects, where something is learned from this opening (1) on. Four signals
+/// of the gate follow the opening.
+fn judged_opening(excitation: f64) -> f64 {
+    (GATE_SIGNAL / 4.0).sqrt() * excitation
+}
+
 /// Whether the learner's gate refuses these gains (1) all through a test, with an unknown lap over the opening at which the gate
 /// judges first (1).
 fn rejected(flow_gain: f64, valve_gain: f64, lap: f64) -> bool {
@@ -124,7 +122,7 @@ fn rejected(flow_gain: f64, valve_gain: f64, lap: f64) -> bool {
     let passes = (at_first - 1.0) * (flow_gain - 1.0) < 0.0;
     !passes
         && unexplained(at_first, valve_gain) > GATE_THRESHOLD
-        && unexplained(flow_gain, valve_gain) > CAUTIOUS * GATE_THRESHOLD
+        && unexplained(flow_gain, valve_gain) > GATE_CAUTION * GATE_THRESHOLD
 }
 
 /// Squared error of the learner's models of flow and spool before it has learned these gains (1), as a share of the signals'

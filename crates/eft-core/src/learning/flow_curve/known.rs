@@ -2,8 +2,9 @@
 
 use super::{CurveEvidence, CurveState, FlowCurve, GAIN_DEVIATION};
 use crate::compensation::NODES;
-use crate::learning::curve_nodes::{DEPARTURE, NODE_DEVIATION, node_variance};
+use crate::learning::curve_nodes::{NODE_DEVIATION, node_variance};
 use crate::learning::least_squares::BOUNDED;
+use crate::learning::tuning::CURVE_DEPARTURE;
 use crate::number::Real;
 
 impl<T: Real> FlowCurve<T> {
@@ -25,8 +26,8 @@ impl<T: Real> FlowCurve<T> {
         core::array::from_fn(|node| {
             let variance = variances.get(node).copied().unwrap_or_default();
             let all = self.scatter(variance, node_variance(node)) + bend(departures, node);
-            let most =
-                T::splat((DEPARTURE / NODE_DEVIATION) * (DEPARTURE / NODE_DEVIATION)) * node_variance(node);
+            let most = T::splat((CURVE_DEPARTURE / NODE_DEVIATION) * (CURVE_DEPARTURE / NODE_DEVIATION))
+                * node_variance(node);
             if all < most { all } else { most }
         })
     }

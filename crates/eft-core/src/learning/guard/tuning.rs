@@ -9,6 +9,8 @@ pub const TOLERATED_WITH_INTEGRAL: f64 = 3.0e-2;
 pub const LOW_PASS: f64 = 4.0;
 /// Time (s) over which the guard averages.
 pub const AVERAGE: f64 = 0.2;
+/// Time (s) of the slower average, with which the guard tells a growing motion from one that decays.
+pub const SLOW_AVERAGE: f64 = 4.0 * AVERAGE;
 /// Share (1) of the guard's integral that is kept over a window of about 4 ms. It is forgotten in about 10 s, long beside a
 /// period of the structure.
 pub(super) const KEPT: f64 = 0.9996;

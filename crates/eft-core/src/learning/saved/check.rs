@@ -3,10 +3,9 @@
 use super::{SavedCalibration, SavedCurve, SavedEvidence};
 use crate::compensation::{Deviations, FIRST_NODE, PIECES};
 use crate::error::{ConfigError, SMALLEST, finite, within};
-use crate::learning::curve_nodes::DEPARTURE;
 use crate::learning::flow_curve::{LARGEST_ASYMMETRY, LARGEST_NULL};
 use crate::learning::learner::Learner;
-use crate::learning::tuning::{CURVE_AVERAGE, FASTEST, SLOWEST};
+use crate::learning::tuning::{CURVE_AVERAGE, CURVE_DEPARTURE, FASTEST, SLOWEST};
 use crate::number::{Real, Scalar};
 
 /// Share of a range by which rounding may put a value beyond it.
@@ -84,9 +83,9 @@ fn check_curve(curve: &SavedCurve, greatest: f64) -> Result<(), ConfigError> {
         LARGEST_DEVIATION,
     )?;
     within("calibration.curve.error", curve.error, SMALLEST, LARGEST_FLOW)?;
-    near("calibration.curve.flow_gain_share", curve.flow_gain_share, [-DEPARTURE, DEPARTURE])?;
+    near("calibration.curve.flow_gain_share", curve.flow_gain_share, [-CURVE_DEPARTURE, CURVE_DEPARTURE])?;
     for (n, (departure, deviation)) in curve.departures.iter().zip(&curve.departure_deviations).enumerate() {
-        let reach = DEPARTURE * (n as f64 + FIRST_NODE).abs() * greatest / (PIECES / 2 - 1) as f64;
+        let reach = CURVE_DEPARTURE * (n as f64 + FIRST_NODE).abs() * greatest / (PIECES / 2 - 1) as f64;
         near("calibration.curve.departures", *departure, [-reach, reach])?;
         near("calibration.curve.departure_deviations", *deviation, [0.0, reach])?;
     }

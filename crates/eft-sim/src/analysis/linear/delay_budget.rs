@@ -34,14 +34,19 @@ pub struct DelayBudget {
 /// An invalid sample rate or band.
 pub fn delay_budget(rig: &RigConfig, sample_rate: f64, band: (f64, f64)) -> Result<DelayBudget> {
     checks::sample_rate("sample_rate", sample_rate)?;
-    let period = 1.0 / sample_rate;
     let valve = phase_delay(|frequency| valve_response(rig, frequency), band)?;
-    let hold = (0.5 + f64::from(rig.plant().dac.delay)) * period;
-    let computation = f64::from(rig.compensation.computation_delay) * period;
+    let [hold, computation] = sampling_delays(rig, sample_rate);
     let sensor = sensed_velocity_delay(rig, sample_rate, band)?;
     let derivative = -rig.controller.derivative_gain / rig.controller.proportional_gain;
     let path = valve + hold + computation + sensor;
     Ok(DelayBudget { valve, hold, computation, sensor, derivative, path, total: path + derivative })
+}
+
+/// Delays (s) of the converter with its hold, and of the computation, at a sample rate (Hz).
+pub(crate) fn sampling_delays(rig: &RigConfig, sample_rate: f64) -> [f64; 2] {
+    let period = 1.0 / sample_rate;
+    [0.5 + f64::from(rig.plant().dac.delay), f64::from(rig.compensation.computation_delay)]
+        .map(|samples| samples * period)
 }
 
 #[cfg(test)]

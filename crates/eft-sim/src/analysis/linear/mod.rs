@@ -18,6 +18,7 @@ mod velocity;
 mod velocity_signal;
 
 pub(crate) use about_rest::{AboutRest, about_rest};
+pub(crate) use delay_budget::sampling_delays;
 pub use delay_budget::{DelayBudget, delay_budget};
 pub(crate) use disturbance::Disturbance;
 pub use gains::FlowGain;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use eft_core::guard_tuning::{AVERAGE, LOW_PASS, LOWEST_LEVEL, QUIET, REMOVAL};
+use eft_core::guard_tuning::{AVERAGE, LOW_PASS, LOWEST_LEVEL, QUIET, REMOVAL, SLOW_AVERAGE};
 use eft_core::learner_tuning::HIGH_PASS;
 
 use crate::analysis::Guarded;
@@ -10,9 +10,6 @@ use crate::analysis::linear::{Complex, StateSpace};
 use crate::analysis::prediction::signals::{Faded, Signals};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
-
-/// Ratio of the slower average to the other.
-const SLOWER: f64 = 4.0;
 
 /// Whether a guard changes the level of a stable loop with this model: not if the motion stays too small.
 pub(super) fn acts(guarded: &Guarded, model: &StateSpace, commands: &[Command]) -> Result<bool> {
@@ -76,7 +73,7 @@ impl Guard {
             pumped += (over * *twice - *offset) * *twice / count;
         }
         self.pumped += (pumped - self.pumped) * step / AVERAGE;
-        for (mean, time) in self.squares.iter_mut().zip([AVERAGE, SLOWER * AVERAGE]) {
+        for (mean, time) in self.squares.iter_mut().zip([AVERAGE, SLOW_AVERAGE]) {
             *mean += (square - *mean) * step / time;
         }
     }
