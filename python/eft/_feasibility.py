@@ -12,7 +12,7 @@ from eft import _native
 from eft._display import shown
 from eft._findings import GRADES, Finding, Grade, above, of_demands, of_loop, of_protection, of_supply, worst
 from eft._native import Command, Rig
-from eft._prediction import Prediction, of_droop, of_prediction, predicted
+from eft._prediction import Prediction, of_distrust, of_droop, of_prediction, predicted
 from eft._results import Result
 from eft._status import Status, cause_of
 
@@ -107,6 +107,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     - with the plausibility watch of the protection, a level of the force below an eighth of the actuator's
       capacity, or a sample rate below 250 times the natural frequency. In a building it is that of each floor
       while the others are at rest;
+    - a flow or valve gain so far from the configured one that self-calibration learns it only if no noise of
+      the sensors makes it doubt them at first, if the displacement's error without learning exceeds its limit;
     - a droop without ``compensation.supply_correction``, if the displacement's error at the lowest pressure
       exceeds its limit;
     - biased sensors that trip the protection within a second at rest;
@@ -150,6 +152,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     left_out = _left_out(rig, rate) if errors is None else errors.left_out
     if errors is not None:
         findings += of_prediction(rig, rate, errors)
+        findings += of_distrust(rig, command, errors)
         if droop := list(of_droop(rig, command, found["lowest_supply_pressure"], errors)):
             findings += droop
             left_out = tuple(dict.fromkeys((*left_out, "supply.droop")))

@@ -47,7 +47,8 @@ class Prediction(NamedTuple):
     """Force error by the play of the attachment, about, rms over rms, and the amplitude in N of the
     oscillation that it sustains where the command is small."""
     unreached: tuple[tuple[str, float, float], ...]
-    """What self-calibration needs, and the nearest that it reaches; delays in s."""
+    """What self-calibration needs, and the nearest that it reaches; delays in s. Flow and valve gain, relative to
+    the configured ones, where it rejects them or noise may make it reject them."""
     left_out: tuple[str, ...]
     """What is not contained: keys of the rig, and the command above 20 or 100 Hz."""
 
@@ -118,7 +119,8 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
         )
         yield Finding(worst(grades), sentence)
     if grades:
-        yield from (Finding(worst(grades), _of_unreached(rig, rate, *one)) for one in found.unreached)
+        unreached = (one for one in found.unreached if one[0] != "doubtful")
+        yield from (Finding(worst(grades), _of_unreached(rig, rate, *one)) for one in unreached)
 
 
 def _by_noise(error: PredictedError) -> str:
@@ -146,6 +148,22 @@ def _of_unreached(rig: Rig, rate: float, what: str, needed: float, nearest: floa
         f"Self-calibration needs a {what} of {needed:.2f} times the configured one, and the lowest that it "
         f"learns is {nearest:.2f} ({key})."
     )
+
+
+def of_distrust(rig: Rig, command: Command, found: Prediction) -> Iterator[Finding]:
+    """A caution about gains that the learner may take for the fault of a sensor, so that only its guard acts."""
+    for _, flow, valve in (one for one in found.unreached if one[0] == "doubtful"):
+        guarded = rig.replace({"compensation.adaptive": False, "compensation.guard": True})
+        distrusted = predicted(guarded, command)
+        error = float("inf") if distrusted is None else distrusted.displacement.whole
+        if error > found.displacement.whole and above(rig, "displacement_error", error) is not None:
+            size = "without a limit" if distrusted is None else f"by about {error:.0%} (rms)"
+            sentence = (
+                f"The flow gain is {flow:.2f} and the valve gain {valve:.2f} times the configured one. With the "
+                "noise of its sensors self-calibration may take this for the fault of a sensor, and learn "
+                f"nothing: the displacement then misses the ideal one {size}. Configure the true gains."
+            )
+            yield Finding("caution", sentence)
 
 
 def of_droop(rig: Rig, command: Command, lowest: float, found: Prediction) -> Iterator[Finding]:

@@ -118,3 +118,27 @@ def test_a_lap_that_makes_the_learner_distrust_its_sensors_is_foreseen(flow_gain
     found, run = errors(rig)
     assert found == pytest.approx(run, rel=accuracy)
     assert (found[1] > 1.0) == (run[1] > 1.0) == (flow_gain < 1.0 and lap > 0.0)
+
+
+def test_a_flow_gain_that_noise_may_make_the_learner_distrust_is_a_caution():
+    command = eft.sine_sweep(3000.0, 0.3, 8.0, 8.0, 2048.0)
+    exact = lightly_damped(0.72)
+    assert eft.check_feasibility(exact, command).verdict == eft.simulate(exact, command).verdict.grade == "go"
+    # 0.05 % of the load cell's range.
+    noisy = exact.replace({"truth.sensors.force.noise": 80.0})
+    found = eft.check_feasibility(noisy, command)
+    [reason] = found.reasons
+    assert found.verdict == "caution" and "by about 128% (rms)" in reason
+    runs = [eft.simulate(noisy.replace({"truth.sensors.seed": seed}), command) for seed in (1, 2)]
+    assert [run.verdict.grade for run in runs] == ["go", "no"]
+    assert [run.flow_gain_estimate[-1] for run in runs] == pytest.approx([0.72, 1.0], abs=0.02)
+    assert found.displacement_error == pytest.approx(runs[0].metrics().displacement_error, rel=0.5)
+    assert runs[1].metrics().displacement_error == pytest.approx(1.29, rel=0.1)
+
+
+def test_a_larger_flow_that_the_learner_distrusts_is_left_to_its_guard():
+    noisy = lightly_damped(1.33).replace({"truth.sensors.force.noise": 80.0, "truth.sensors.seed": 1})
+    command = eft.sine_sweep(3000.0, 0.3, 8.0, 8.0, 2048.0)
+    run = eft.simulate(noisy, command)
+    assert run.flow_gain_estimate[-1] == pytest.approx(1.0, abs=0.02)
+    assert eft.check_feasibility(noisy, command).verdict == run.verdict.grade == "go"

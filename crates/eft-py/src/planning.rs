@@ -210,8 +210,8 @@ pub(crate) fn guarded(
 /// dict or None
 ///     ``force``, ``displacement`` and ``oscillation``: the ``whole`` error, and its parts by ``noise`` and by ``constant`` causes, rms
 ///     over rms. ``constants``: keys with the rms of the force in N that each causes. ``unreached``: what self-calibration
-///     needs, and the nearest that it reaches. ``left_out``: what is not contained, keys of the rig and the command above 20
-///     or 100 Hz.
+///     needs, and the nearest that it reaches, or flow and valve gain that it rejects or that noise may make it reject.
+///     ``left_out``: what is not contained, keys of the rig and the command above 20 or 100 Hz.
 #[pyfunction]
 pub(crate) fn predicted_errors<'py>(
     py: Python<'py>,
@@ -233,6 +233,7 @@ pub(crate) fn predicted_errors<'py>(
     answer.set_item("null_learned", found.null_learned)?;
     let unreached = found.unreached.iter().map(|one| match *one {
         Unreached::Rejected(flow, valve) => ("rejected", flow, valve),
+        Unreached::Doubtful(flow, valve) => ("doubtful", flow, valve),
         Unreached::FlowGain(needed, nearest) => ("flow gain", needed, nearest),
         Unreached::ValveGain(needed, nearest) => ("valve gain", needed, nearest),
         Unreached::Delay(needed, nearest) => ("delay", needed, nearest),

@@ -9,7 +9,7 @@ use eft_core::learner_tuning::{
 use crate::analysis::guarded::after_guard;
 use crate::analysis::linear::{compensated_share, sampling_delays, valve_response};
 use crate::analysis::motion::motion;
-use crate::config::{ForceLoop, Realization, RigConfig};
+use crate::config::{ForceLoop, Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 
 /// Longest response delay (s) that a rig may have.
@@ -21,6 +21,9 @@ pub enum Unreached {
     /// Flow gain and valve gain over the configured ones (1): the learner takes such a difference for the fault of a
     /// sensor, and learns nothing. Its guard reduces the level.
     Rejected(f64, f64),
+    /// Flow gain and valve gain over the configured ones (1). The learner accepts such a difference, but not after a rejection, which
+    /// noise of the sensors may cause at first.
+    Doubtful(f64, f64),
     /// A flow gain over the configured one (1), and its lowest.
     FlowGain(f64, f64),
     /// A valve gain over the configured one (1), and its lowest.
@@ -73,6 +76,7 @@ pub(crate) fn after_learning(
         });
         return Ok((fixed, vec![Unreached::Rejected(first, valve_gain)]));
     }
+    let doubtful = is_noisy(rig) && locked_out(first, valve_gain);
     let velocity_delay = -motion.used_over_true.arg() / motion.angular;
     let most = known + VELOCITY_DELAY_REACH[1] * rig.compensation.response_delay;
     let mut unfound = (velocity_delay - most).max(0.0);
@@ -96,6 +100,7 @@ pub(crate) fn after_learning(
     let reached = (flow_gain / least_flow).min(1.0) * (valve_gain / least_gain).min(1.0);
     let found_level = reached * level / (share * lead.amplitude * passed.norm());
     let unreached = [
+        doubtful.then_some(Unreached::Doubtful(first, valve_gain)),
         (flow_gain < least_flow).then_some(Unreached::FlowGain(flow_gain, limits.lowest_flow_gain)),
         (valve_gain < least_gain).then_some(Unreached::ValveGain(valve_gain, least_gain)),
         (delay != wanted).then_some(Unreached::Delay(wanted, delay)),
@@ -120,9 +125,22 @@ fn rejected(flow_gain: f64, valve_gain: f64, lap: f64) -> bool {
     let at_first = flow_gain * (1.0 - lap).max(0.0);
     // A flow that is on the other side of the configured one at first is accepted on its way.
     let passes = (at_first - 1.0) * (flow_gain - 1.0) < 0.0;
-    !passes
-        && unexplained(at_first, valve_gain) > GATE_THRESHOLD
-        && unexplained(flow_gain, valve_gain) > GATE_CAUTION * GATE_THRESHOLD
+    !passes && unexplained(at_first, valve_gain) > GATE_THRESHOLD && locked_out(flow_gain, valve_gain)
+}
+
+/// Whether one rejection makes the gate refuse these gains (1) from then on.
+fn locked_out(flow_gain: f64, valve_gain: f64) -> bool {
+    unexplained(flow_gain, valve_gain) > GATE_CAUTION * GATE_THRESHOLD
+}
+
+/// Whether a sensor of which the gate uses the signal has noise.
+fn is_noisy(rig: &RigConfig) -> bool {
+    let sensors = &rig.plant().sensors;
+    let motion = match rig.controller.velocity_source {
+        VelocitySource::Sensor => &sensors.velocity,
+        _ => &sensors.displacement,
+    };
+    [&sensors.force, &sensors.spool, motion].into_iter().any(|sensor| sensor.noise > 0.0)
 }
 
 /// Squared error of the learner's models of flow and spool before it has learned these gains (1), as a share of the signals'
