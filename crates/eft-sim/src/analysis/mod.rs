@@ -1,6 +1,6 @@
 //! Analyses of a rig before a test.
 
-mod course;
+mod adaptation;
 pub mod feasibility;
 mod guarded;
 mod learned;
@@ -8,8 +8,8 @@ pub mod linear;
 mod motion;
 pub mod prediction;
 
-pub(crate) use course::Course;
-pub use course::growth_until_learned;
+pub(crate) use adaptation::Adaptation;
+pub use adaptation::growth_until_learned;
 pub use guarded::guarded;
 pub(crate) use guarded::{Guarded, after_guard};
 pub(crate) use learned::after_learning;

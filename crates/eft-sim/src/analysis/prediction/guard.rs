@@ -7,22 +7,22 @@ use eft_core::learner_tuning::HIGH_PASS;
 
 use crate::analysis::Guarded;
 use crate::analysis::linear::{Complex, StateSpace};
-use crate::analysis::prediction::signals::{Faded, Signals};
+use crate::analysis::prediction::signals::{Signals, Transform};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 
 /// Whether a guard changes the level of a stable loop with this model: not if the motion stays too small.
 pub(super) fn acts(guarded: &Guarded, model: &StateSpace, commands: &[Command]) -> Result<bool> {
-    let Some(faded) = Faded::of(commands)? else { return Ok(false) };
+    let Some(transform) = Transform::of(commands)? else { return Ok(false) };
     // The guard compares the excess with the square of the velocity over the sum of both squares.
     let quiet = QUIET * QUIET;
     let enough = quiet * (1.0 / (guarded.excess - 1.0)).max(1.0);
-    for own in Signals::of(model, commands, &faded)? {
-        let low_pass = |bin: usize| Complex::new(1.0, faded.frequency(bin) / LOW_PASS).powi(-2);
+    for own in Signals::of(model, commands, &transform)? {
+        let low_pass = |bin: usize| Complex::new(1.0, transform.frequency(bin) / LOW_PASS).powi(-2);
         let passed = own.velocity.iter().enumerate().map(|(bin, value)| value * low_pass(bin)).collect();
         let mut mean = 0.0;
-        for velocity in faded.signal(passed)? {
-            mean += (velocity * velocity - mean) / (AVERAGE * faded.sample_rate);
+        for velocity in transform.signal(passed)? {
+            mean += (velocity * velocity - mean) / (AVERAGE * transform.sample_rate);
             if mean > enough {
                 return Ok(true);
             }

@@ -12,13 +12,13 @@ mod unmodelled;
 
 use self::bracket::Bracket;
 use self::nonlinear::{NOTICED, Unknown};
-use self::signals::{Faded, Signals};
+use self::signals::{Signals, Transform};
 pub use self::sizes::PredictedError;
 use self::sizes::Sizes;
 use self::underlap::Oscillation;
 pub use self::unmodelled::Play;
 use crate::analysis::linear::{FlowGain, StateSpace, about_rest, disturbed};
-use crate::analysis::{Course, Unreached, after_guard, after_learning};
+use crate::analysis::{Adaptation, Unreached, after_guard, after_learning};
 use crate::config::{ForceLoop, RigConfig};
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
@@ -72,22 +72,23 @@ pub struct Prediction {
 /// [`Error::Interrupted`].
 pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Prediction>> {
     let found = |rig: &RigConfig| {
-        let Some(faded) = Faded::of(commands)? else { return Ok(None) };
+        let Some(transform) = Transform::of(commands)? else { return Ok(None) };
         // An unknown lap and a curve change the gain of the loop, which determines the openings.
         let unknown = Unknown::of(rig)?;
-        let (mut gain, mut test) = (1.0, Loop::of(rig, 1.0, commands, &faded)?);
-        let about_null = Oscillation::of(&test.rig, unknown.underlap(), commands.len(), faded.sample_rate)?;
+        let (mut gain, mut test) = (1.0, Loop::of(rig, 1.0, commands, &transform)?);
+        let about_null =
+            Oscillation::of(&test.rig, unknown.underlap(), commands.len(), transform.sample_rate)?;
         let most = about_null.as_ref().map_or(f64::INFINITY, |found| found.gain);
         let mut bracket = Bracket::new();
         for _ in 0..GAINS {
-            let found = unknown.gain(&test.signals, &faded)?.min(most.powf(STABLE));
+            let found = unknown.gain(&test.signals, &transform)?.min(most.powf(STABLE));
             if found.is_nan() || (found - gain).abs() <= SAME_GAIN * gain {
                 break;
             }
             gain = bracket.next(gain, found);
-            test = Loop::of(rig, gain, commands, &faded)?;
+            test = Loop::of(rig, gain, commands, &transform)?;
         }
-        errors(rig, (unknown, about_null), gain, test, &faded, commands).map(Some)
+        errors(rig, (unknown, about_null), gain, test, &transform, commands).map(Some)
     };
     let predicted = || {
         let Some(mut prediction) = found(rig)? else { return Ok(None) };
@@ -134,15 +135,15 @@ struct Loop {
     rig: RigConfig,
     model: StateSpace,
     signals: Vec<Signals>,
-    /// The way to this loop, if it is not the first one.
-    course: Option<Course>,
+    /// What changes the loop of the test's start into this one, if it is another.
+    adaptation: Option<Adaptation>,
     unreached: Vec<Unreached>,
 }
 
 impl Loop {
     /// With this gain (1) of the true valve over that about rest.
-    fn of(rig: &RigConfig, gain: f64, commands: &[Command], faded: &Faded) -> Result<Self> {
-        let rate = faded.sample_rate;
+    fn of(rig: &RigConfig, gain: f64, commands: &[Command], transform: &Transform) -> Result<Self> {
+        let rate = transform.sample_rate;
         let told = rig.varied(|values| values.servovalve.flow_gain_scale *= gain);
         let learns = rig.compensation.adaptive;
         // An unknown lap disturbs the loop with the known one.
@@ -150,17 +151,17 @@ impl Loop {
             if learns { after_learning(&told, gain, rate)? } else { (told.with_known_lap(), Vec::new()) };
         let rejected = unreached.iter().any(|one| matches!(one, Unreached::Rejected(..)));
         let learned = learns && !rejected && rig.compensation.level > 0.0;
-        let mut course = learned.then(|| Course::of(&told, &rig, rate)).transpose()?;
+        let mut adaptation = learned.then(|| Adaptation::of(&told, &rig, rate)).transpose()?;
         let mut model = disturbed(&rig, FlowGain::Mean, rate)?;
         if let Some(guarded) = after_guard(&rig, gain, rate)?
             && (model.growth_rate()? > AT_REST || guard::acts(&guarded, &model, commands)?)
         {
-            course = course.or_else(|| Some(Course::resting(&rig, gain)));
+            adaptation = adaptation.or_else(|| Some(Adaptation::of_guard(&rig, gain)));
             rig = guarded.rig;
             model = disturbed(&rig, FlowGain::Mean, rate)?;
         }
-        let signals = Signals::of(&model, commands, faded)?;
-        Ok(Self { rig, model, signals, course, unreached })
+        let signals = Signals::of(&model, commands, transform)?;
+        Ok(Self { rig, model, signals, adaptation, unreached })
     }
 }
 
@@ -170,32 +171,32 @@ fn errors(
     (mut unknown, about_null): (Unknown, Option<Oscillation>),
     gain: f64,
     test: Loop,
-    faded: &Faded,
+    transform: &Transform,
     commands: &[Command],
 ) -> Result<Prediction> {
-    let Loop { rig: judged, model, mut signals, course, unreached } = test;
+    let Loop { rig: judged, model, mut signals, adaptation, unreached } = test;
     // Noise acts at every opening of the motion, where the curve is less steep than at rest.
     let slope = if unknown.has_curve() { FlowGain::Mean } else { FlowGain::Nominal };
-    let mut at_rest = about_rest(&tied(&judged, faded.duration()), slope, faded.sample_rate)?;
-    if let Some(course) = course {
-        transition::add(&course, (&judged, &model), commands, faded, &mut signals)?;
+    let mut at_rest = about_rest(&tied(&judged, transform.duration()), slope, transform.sample_rate)?;
+    if let Some(adaptation) = adaptation {
+        transition::add(&adaptation, (&judged, &model), commands, transform, &mut signals)?;
     }
     let mut left_out = left_out(rig, &model);
     let null_learned = learns_null(rig);
     if null_learned {
         // As long as nothing is learned the whole force is there.
-        let left = (UNLEARNED / faded.duration()).min(1.0).sqrt();
+        let left = (UNLEARNED / transform.duration()).min(1.0).sqrt();
         unknown.null *= left;
         let learned = at_rest.constants.iter_mut().filter(|(key, _)| *key == "sensors.velocity.bias");
         learned.flat_map(|(_, all)| all.iter_mut().flatten()).for_each(|value| *value *= left);
     }
     if unknown.any() {
-        unknown.disturb(&judged, &model, gain, faded, &mut signals)?;
+        unknown.disturb(&judged, &model, gain, transform, &mut signals)?;
     }
-    let sizes = Sizes::of(signals, (&at_rest, about_null.as_ref()), commands, faded)?;
+    let sizes = Sizes::of(signals, (&at_rest, about_null.as_ref()), commands, transform)?;
     let Sizes { force, displacement, oscillation, opening, .. } = sizes;
-    if faded.beyond > NOTICED * sizes.followed.whole.powi(2) {
-        left_out.push(format!("command above {:.0} Hz", faded.highest()));
+    if transform.beyond > NOTICED * sizes.followed.whole.powi(2) {
+        left_out.push(format!("command above {:.0} Hz", transform.highest()));
     }
     let play = unmodelled::play(rig, &judged, commands)?;
     let noticed = unmodelled::noticed(rig, commands, force.whole, opening, &play)?;

@@ -9,7 +9,7 @@ use eft_core::FlowTable;
 
 use crate::analysis::linear::{Complex, DMatrix, Disturbance, StateSpace, valve_response};
 use crate::analysis::prediction::curve::Curve;
-use crate::analysis::prediction::signals::{Faded, Signals, Spectrum, outputs};
+use crate::analysis::prediction::signals::{Signals, Spectrum, Transform, outputs};
 use crate::config::{Mode, Realization, RigConfig, TABLE_CAPACITY};
 use crate::error::Result;
 
@@ -88,13 +88,13 @@ impl Unknown {
     }
 
     /// Gain (1) of the valve's flow that is nearest to its true one at these openings, over that about rest.
-    pub(super) fn gain(&self, signals: &[Signals], faded: &Faded) -> Result<f64> {
+    pub(super) fn gain(&self, signals: &[Signals], transform: &Transform) -> Result<f64> {
         if self.overlap == 0.0 && self.curve.is_none() {
             return Ok(1.0);
         }
         let (mut beyond, mut squares) = (0.0, 0.0);
         for own in signals {
-            for [x, more] in self.beyond_linear(own, faded)? {
+            for [x, more] in self.beyond_linear(own, transform)? {
                 beyond += x * more;
                 squares += x * x;
             }
@@ -103,8 +103,9 @@ impl Unknown {
     }
 
     /// The openings (1) of an actuator, and those which would pass about rest what each passes more.
-    fn beyond_linear(&self, own: &Signals, faded: &Faded) -> Result<impl Iterator<Item = [f64; 2]>> {
-        let (opening, forces) = (faded.signal(own.opening.clone())?, faded.signal(own.command.clone())?);
+    fn beyond_linear(&self, own: &Signals, transform: &Transform) -> Result<impl Iterator<Item = [f64; 2]>> {
+        let (opening, forces) =
+            (transform.signal(own.opening.clone())?, transform.signal(own.command.clone())?);
         let most = self.overlap.abs();
         let lap = move |x: f64| {
             let learned = self.node.map_or(0.0, |node| self.overlap * (x / node).clamp(-1.0, 1.0));
@@ -121,12 +122,12 @@ impl Unknown {
         rig: &RigConfig,
         model: &StateSpace,
         gain: f64,
-        faded: &Faded,
+        transform: &Transform,
         signals: &mut [Signals],
     ) -> Result<()> {
-        let (wide, count) = (faded.up_to(HIGHEST), signals.len());
+        let (wide, count) = (transform.up_to(HIGHEST), signals.len());
         let lost =
-            signals.iter().map(|own| self.lost(own, gain, faded, &wide)).collect::<Result<Vec<_>>>()?;
+            signals.iter().map(|own| self.lost(own, gain, transform, &wide)).collect::<Result<Vec<_>>>()?;
         let responses = outputs(model, &["force", "displacement"]);
         let null = wide.spectrum(std::iter::repeat_n(self.null, wide.samples))?;
         let input = |of: Disturbance| (0..count).map(|i| of.input(i, count)).collect::<Vec<_>>();
@@ -155,13 +156,13 @@ impl Unknown {
     }
 
     /// Opening and force that an actuator loses, where the valve's flow has this gain (1).
-    fn lost(&self, own: &Signals, gain: f64, faded: &Faded, wide: &Faded) -> Result<Lost> {
-        let beyond = self.beyond_linear(own, faded)?;
+    fn lost(&self, own: &Signals, gain: f64, transform: &Transform, wide: &Transform) -> Result<Lost> {
+        let beyond = self.beyond_linear(own, transform)?;
         let lost: Vec<f64> = beyond.map(|[x, more]| (x + more) / gain - x).collect();
         let rub = |v: f64| -self.friction * v / v.hypot(self.friction_velocity);
         Ok(Lost {
             opening: wide.spectrum(lost)?,
-            force: wide.spectrum(faded.signal(own.velocity.clone())?.map(rub))?,
+            force: wide.spectrum(transform.signal(own.velocity.clone())?.map(rub))?,
         })
     }
 }

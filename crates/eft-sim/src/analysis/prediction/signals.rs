@@ -20,9 +20,10 @@ const FADED: f64 = 30.0;
 /// Spectrum of a faded signal from 0 Hz.
 pub(super) type Spectrum = Vec<Complex<f64>>;
 
-/// Transforms of signals that fade over a test, so that the motion at its end does not return at its start.
+/// The transform of signals that fade over a test, so that the motion at its end does not return at its start: a numerical
+/// Laplace transform.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Faded {
+pub(super) struct Transform {
     pub(super) samples: usize,
     /// With silence after the test, into which a motion that goes on at its end can ring.
     length: usize,
@@ -33,7 +34,7 @@ pub(super) struct Faded {
     pub(super) beyond: f64,
 }
 
-impl Faded {
+impl Transform {
     /// For a test up to 20 or 100 Hz; `None` without a command, or with less than half of the power within 20 Hz.
     pub(super) fn of(commands: &[Command]) -> Result<Option<Self>> {
         let (Some(first), Some(samples)) =
@@ -44,8 +45,8 @@ impl Faded {
         let length = samples + (SILENCE * first.sample_rate) as usize;
         let whole = Self { samples, length, sample_rate: first.sample_rate, last: 0, beyond: 0.0 };
         let up_to = |frequency| {
-            let faded = whole.up_to(frequency);
-            Ok(Self { beyond: 1.0 - faded.share(commands)?, ..faded })
+            let transform = whole.up_to(frequency);
+            Ok(Self { beyond: 1.0 - transform.share(commands)?, ..transform })
         };
         let slow = up_to(HIGHEST)?;
         let known = slow.beyond <= 0.5;
@@ -164,20 +165,20 @@ pub(super) struct Signals {
 
 impl Signals {
     /// Of each actuator under its command.
-    pub(super) fn of(model: &StateSpace, commands: &[Command], faded: &Faded) -> Result<Vec<Self>> {
+    pub(super) fn of(model: &StateSpace, commands: &[Command], transform: &Transform) -> Result<Vec<Self>> {
         let asked = commands
             .iter()
-            .map(|command| faded.spectrum(faded.ended(&command.values)))
+            .map(|command| transform.spectrum(transform.ended(&command.values)))
             .collect::<Result<Vec<_>>>()?;
         let count = commands.len();
-        let asked = DMatrix::from_fn(count, faded.last + 1, |actuator, bin| asked[actuator][bin]);
+        let asked = DMatrix::from_fn(count, transform.last + 1, |actuator, bin| asked[actuator][bin]);
         let responses = outputs(model, &["force", "displacement", "spool", "velocity"]);
         let mut signals = vec![Self::default(); count];
         for (bin, command) in asked.column_iter().enumerate() {
             let command = DMatrix::from_column_slice(count, 1, command.as_slice());
-            let all = faded.responses(&responses, bin)?;
+            let all = transform.responses(&responses, bin)?;
             let applied = all.columns(0, count) * &command;
-            let ideal = motion_of_force(&all, count, &command, faded.frequency(bin))?;
+            let ideal = motion_of_force(&all, count, &command, transform.frequency(bin))?;
             for (i, own) in signals.iter_mut().enumerate() {
                 let of = |quantity: usize| applied[quantity * count + i];
                 own.command.push(command[i]);
@@ -230,13 +231,13 @@ mod tests {
     #[test]
     fn a_signal_has_its_root_mean_square_and_returns() {
         let impulse = Command::new((0..1000).map(|i| f64::from(i == 999)).collect(), 1000.0).unwrap();
-        let faded =
-            Faded { samples: 1000, length: 1500, sample_rate: 1000.0, last: 0, beyond: 0.0 }.up_to(1e3);
-        let spectrum = faded.spectrum(impulse.values.iter().copied()).unwrap();
-        let again: Vec<f64> = faded.signal(spectrum.clone()).unwrap().collect();
+        let transform =
+            Transform { samples: 1000, length: 1500, sample_rate: 1000.0, last: 0, beyond: 0.0 }.up_to(1e3);
+        let spectrum = transform.spectrum(impulse.values.iter().copied()).unwrap();
+        let again: Vec<f64> = transform.signal(spectrum.clone()).unwrap().collect();
         // The highest frequency of all is left out.
         assert!((again[999] - 1.0).abs() < 0.01 && again[0].abs() < 0.05, "{} {}", again[999], again[0]);
-        assert!((faded.rms(spectrum, 0.0).unwrap() - 1.0 / 1000.0_f64.sqrt()).abs() < 1e-3);
-        assert_eq!(faded.rms(vec![Complex::ZERO; 700], -0.5).unwrap(), 0.5);
+        assert!((transform.rms(spectrum, 0.0).unwrap() - 1.0 / 1000.0_f64.sqrt()).abs() < 1e-3);
+        assert_eq!(transform.rms(vec![Complex::ZERO; 700], -0.5).unwrap(), 0.5);
     }
 }

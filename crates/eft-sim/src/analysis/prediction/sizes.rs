@@ -1,7 +1,7 @@
 //! The sizes of the signals of a test.
 
 use crate::analysis::linear::{AboutRest, Complex};
-use crate::analysis::prediction::signals::{Faded, Signals, Spectrum};
+use crate::analysis::prediction::signals::{Signals, Spectrum, Transform};
 use crate::analysis::prediction::underlap::Oscillation;
 use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
@@ -39,32 +39,33 @@ impl Sizes {
         signals: Vec<Signals>,
         (at_rest, about_null): (&AboutRest, Option<&Oscillation>),
         commands: &[Command],
-        faded: &Faded,
+        transform: &Transform,
     ) -> Result<Self> {
         let mut sizes = Self::default();
         for (i, own) in signals.into_iter().enumerate() {
             let [null, _] = &own.by_null;
-            sizes.null = sizes.null.max(faded.rms(null.clone(), 0.0)?);
+            sizes.null = sizes.null.max(transform.rms(null.clone(), 0.0)?);
             let (swings, rings) = match about_null {
-                Some(found) => (found.sizes(i, &own, faded)?, within_oil(found.frequency)),
+                Some(found) => (found.sizes(i, &own, transform)?, within_oil(found.frequency)),
                 None => ([0.0; 2], false),
             };
             let error = |which: usize, missed: Spectrum, wanted: f64| {
                 let held = at_rest.constants.iter().map(|(_, all)| all[i][which]).sum();
                 let noise = at_rest.deviations[i][which];
-                let whole = faded.rms(missed, held)?.hypot(noise).hypot(swings[which]);
-                let constant = faded.rms(own.by_null[which].clone(), held)?;
+                let whole = transform.rms(missed, held)?.hypot(noise).hypot(swings[which]);
+                let constant = transform.rms(own.by_null[which].clone(), held)?;
                 Ok::<_, Error>([whole, noise, constant].map(|part| part / wanted))
             };
-            let (command, ideal) = (faded.rms(own.command, 0.0)?, faded.rms(own.ideal_motion, 0.0)?);
-            let (oil, noise) = (faded.rms(fast(&own.missed_force, faded), 0.0)?, at_rest.oscillations[i]);
+            let (command, ideal) = (transform.rms(own.command, 0.0)?, transform.rms(own.ideal_motion, 0.0)?);
+            let (oil, noise) =
+                (transform.rms(fast(&own.missed_force, transform), 0.0)?, at_rest.oscillations[i]);
             let oil = oil.hypot(noise).hypot(if rings { swings[0] } else { 0.0 });
             sizes.oscillation.enlarge([oil, noise, 0.0].map(|part| part / command));
             let [whole, noise, constant] = error(0, own.missed_force, command)?;
             sizes.followed.enlarge([whole, noise, constant]);
-            sizes.force.enlarge([whole.hypot(faded.unfollowed(&commands[i])?), noise, constant]);
+            sizes.force.enlarge([whole.hypot(transform.unfollowed(&commands[i])?), noise, constant]);
             sizes.displacement.enlarge(error(1, own.missed_motion, ideal)?);
-            sizes.opening = sizes.opening.max(faded.rms(own.opening, 0.0)?);
+            sizes.opening = sizes.opening.max(transform.rms(own.opening, 0.0)?);
         }
         Ok(sizes)
     }
@@ -82,9 +83,9 @@ impl PredictedError {
 }
 
 /// The part of a force where the oil column oscillates.
-fn fast(force: &Spectrum, faded: &Faded) -> Spectrum {
+fn fast(force: &Spectrum, transform: &Transform) -> Spectrum {
     let mut fast = force.clone();
-    let slow = (0..fast.len()).take_while(|bin| faded.frequency(*bin) < OIL_COLUMN.0).count();
+    let slow = (0..fast.len()).take_while(|bin| transform.frequency(*bin) < OIL_COLUMN.0).count();
     fast[..slow].fill(Complex::ZERO);
     fast
 }

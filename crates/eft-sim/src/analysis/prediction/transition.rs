@@ -2,10 +2,10 @@
 
 use nalgebra::DVector;
 
-use crate::analysis::Course;
+use crate::analysis::Adaptation;
 use crate::analysis::linear::{DMatrix, FlowGain, StateSpace, Time, linearize};
 use crate::analysis::prediction::guard::Guard;
-use crate::analysis::prediction::signals::{Faded, Signals, outputs, rows};
+use crate::analysis::prediction::signals::{Signals, Transform, outputs, rows};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
@@ -15,37 +15,37 @@ const BLOCK: f64 = 0.05;
 /// Difference (1) of the level from the last one that ends the transition.
 const REACHED: f64 = 1e-2;
 
-/// Adds to the signals of the last loop, with its rig and its model, what a test misses more on the way to it.
+/// Adds to the signals of the last loop, with its rig and its model, the difference by the loops before it.
 pub(super) fn add(
-    course: &Course,
+    adaptation: &Adaptation,
     (rig, model): (&RigConfig, &StateSpace),
     commands: &[Command],
-    faded: &Faded,
+    transform: &Transform,
     signals: &mut [Signals],
 ) -> Result<()> {
-    let (rate, count) = (faded.sample_rate, commands.len());
+    let (rate, count) = (transform.sample_rate, commands.len());
     let (last, level) = (Linear::of(model, count), rig.compensation.level);
     let mut guard = Guard::at_rest(count);
     let (mut state, mut last_state) = (DVector::zeros(model.a.nrows()), DVector::zeros(model.a.nrows()));
-    let mut more = vec![Vec::new(); 2 * count];
+    let mut differences = vec![Vec::new(); 2 * count];
     let (mut time, mut sample) = (0.0, 0);
-    while sample < faded.samples {
-        let now = course.after(time).varied(|values| values.compensation.level *= guard.level);
+    while sample < transform.samples {
+        let now = adaptation.after(time).varied(|values| values.compensation.level *= guard.level);
         let left = now.compensation.level / level;
-        if time >= course.duration() && (left - 1.0).abs() <= REACHED {
+        if time >= adaptation.duration() && (left - 1.0).abs() <= REACHED {
             break;
         }
         let now = linearize(&now, FlowGain::Mean, Time::Sampled(rate))?;
         let now = Linear::of(&now, count);
         let mut opening = 0.0_f64;
-        for _ in 0..((BLOCK * rate) as usize).clamp(1, faded.samples - sample) {
+        for _ in 0..((BLOCK * rate) as usize).clamp(1, transform.samples - sample) {
             let command = DVector::from_fn(count, |i, _| commands[i].values[sample]);
             let (own, of_last) = (now.outputs(&state, &command), last.outputs(&last_state, &command));
-            for (i, signal) in more.iter_mut().enumerate() {
+            for (i, signal) in differences.iter_mut().enumerate() {
                 signal.push(own[i] - of_last[i]);
             }
             opening = opening.max(own.rows(2 * count, count).amax());
-            guard.observe(own.rows(3 * count, count).iter(), course.small * left - 1.0, 1.0 / rate);
+            guard.observe(own.rows(3 * count, count).iter(), adaptation.small_gain * left - 1.0, 1.0 / rate);
             (state, last_state) = (now.next(&state, &command), last.next(&last_state, &command));
             sample += 1;
         }
@@ -54,18 +54,19 @@ pub(super) fn add(
             time += BLOCK;
         }
     }
-    // The rest rings in the last loop.
-    let rest = outputs(&last.alone(&(state - last_state)), &["force", "displacement"]);
-    let more = more.into_iter().map(|signal| faded.spectrum(signal)).collect::<Result<Vec<_>>>()?;
-    let rest = (0..=faded.last).map(|bin| {
-        let turned = faded.turn(bin).powi(1 - sample as i32);
-        Ok(faded.responses(&rest, bin)? * turned)
+    // The difference of the states decays in the last loop.
+    let ringing = outputs(&last.alone(&(state - last_state)), &["force", "displacement"]);
+    let differences =
+        differences.into_iter().map(|signal| transform.spectrum(signal)).collect::<Result<Vec<_>>>()?;
+    let ringing = (0..=transform.last).map(|bin| {
+        let turned = transform.turn(bin).powi(1 - sample as i32);
+        Ok(transform.responses(&ringing, bin)? * turned)
     });
-    let rest = rest.collect::<Result<Vec<_>>>()?;
+    let ringing = ringing.collect::<Result<Vec<_>>>()?;
     for (i, own) in signals.iter_mut().enumerate() {
         for (row, missed) in [(i, &mut own.missed_force), (count + i, &mut own.missed_motion)] {
-            for ((missed, more), rest) in missed.iter_mut().zip(&more[row]).zip(&rest) {
-                *missed += more + rest[row];
+            for ((missed, difference), ringing) in missed.iter_mut().zip(&differences[row]).zip(&ringing) {
+                *missed += difference + ringing[row];
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_2_PI, SQRT_2, TAU};
 
 use crate::analysis::linear::{Complex, FlowGain, disturbed};
-use crate::analysis::prediction::signals::{Faded, Signals, outputs};
+use crate::analysis::prediction::signals::{Signals, Transform, outputs};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::state_space::AT_REST;
@@ -71,14 +71,14 @@ impl Oscillation {
 
     /// Root mean squares over a test of an actuator's force (N) and displacement (m). The oscillation lasts where the openings are
     /// so small that the mean gain exceeds that of the stable loop.
-    pub(super) fn sizes(&self, actuator: usize, own: &Signals, faded: &Faded) -> Result<[f64; 2]> {
-        let opening: Vec<f64> = faded.signal(own.opening.clone())?.collect();
-        let parts = opening.chunks(((PART * faded.sample_rate) as usize).max(1));
+    pub(super) fn sizes(&self, actuator: usize, own: &Signals, transform: &Transform) -> Result<[f64; 2]> {
+        let opening: Vec<f64> = transform.signal(own.opening.clone())?.collect();
+        let parts = opening.chunks(((PART * transform.sample_rate) as usize).max(1));
         let count = parts.len() as f64;
         let small = |part: &[f64]| part.iter().filter(|x| x.abs() < self.underlap).count() as f64;
         let lasting = parts.filter(|part| 1.0 + small(part) / part.len() as f64 > self.gain).count() as f64;
         let share = lasting / count;
-        if share * faded.duration() * self.growth < GROWTH {
+        if share * transform.duration() * self.growth < GROWTH {
             return Ok([0.0; 2]);
         }
         Ok(self.amplitudes[actuator].map(|amplitude| amplitude * share.sqrt() / SQRT_2))

@@ -1,4 +1,4 @@
-//! The way of self-calibration to the learned rig.
+//! The estimates of self-calibration on their way to the learned ones.
 
 use eft_core::learner_tuning::{DELAY_RATE, FLOW_GAIN_RATE, VALVE_GAIN_RATE};
 
@@ -12,8 +12,8 @@ const FIRST_WINDOWS: f64 = 0.1;
 /// Number of times at which the growth of a loop that is being calibrated is found.
 const TIMES: i32 = 6;
 
-/// The way of self-calibration from the configured gains and delays to the learned ones, at the largest rates.
-pub(crate) struct Course {
+/// Self-calibration from the configured gains and delays to the learned ones, at the largest rates.
+pub(crate) struct Adaptation {
     learned: RigConfig,
     level: f64,
     flow_gain: f64,
@@ -23,10 +23,10 @@ pub(crate) struct Course {
     /// Times (s) that flow gain, valve gain and delays need.
     needed: [f64; 3],
     /// Flow gain (1) of a small opening over that of the test's, as far as a guard acts on it.
-    pub(crate) small: f64,
+    pub(crate) small_gain: f64,
 }
 
-impl Course {
+impl Adaptation {
     /// From a rig to the same rig [after learning](after_learning), at a sample rate (Hz).
     ///
     /// # Errors
@@ -43,11 +43,11 @@ impl Course {
             (delays[1] - delays[0]).abs() / (DELAY_RATE * first.response_delay),
         ];
         let (learned, level) = (learned.clone(), first.level);
-        Ok(Self { learned, level, flow_gain, valve_gain, delays, needed, small: 1.0 })
+        Ok(Self { learned, level, flow_gain, valve_gain, delays, needed, small_gain: 1.0 })
     }
 
-    /// Of a rig that learns nothing and has a guard, whose flow has this gain (1) because of its openings.
-    pub(crate) fn resting(rig: &RigConfig, gain: f64) -> Self {
+    /// Of a rig with a guard that learns nothing. Its flow has this gain (1) because of its openings.
+    pub(crate) fn of_guard(rig: &RigConfig, gain: f64) -> Self {
         Self {
             learned: rig.clone(),
             level: rig.compensation.level,
@@ -55,7 +55,7 @@ impl Course {
             valve_gain: 1.0,
             delays: [rig.compensation.lead_delay(); 2],
             needed: [0.0; 3],
-            small: 1.0 / gain.min(1.0),
+            small_gain: 1.0 / gain.min(1.0),
         }
     }
 
@@ -89,13 +89,14 @@ pub fn growth_until_learned(rig: &RigConfig, sample_rate: f64) -> Result<f64> {
     if rig.compensation.level == 0.0 || learned.compensation.level == 0.0 {
         return Ok(0.0);
     }
-    let course = Course::of(rig, &learned, sample_rate)?;
-    let growth =
-        |time: f64| linearize(&course.after(time), FlowGain::Mean, Time::Sampled(sample_rate))?.growth_rate();
+    let adaptation = Adaptation::of(rig, &learned, sample_rate)?;
+    let growth = |time: f64| {
+        linearize(&adaptation.after(time), FlowGain::Mean, Time::Sampled(sample_rate))?.growth_rate()
+    };
     if growth(0.0)? <= 0.0 {
         return Ok(0.0);
     }
-    let step = course.duration() / f64::from(TIMES);
+    let step = adaptation.duration() / f64::from(TIMES);
     let rates = (0..TIMES).map(|i| Ok(growth(step * (f64::from(i) + 0.5))?.max(0.0)));
     Ok(rates.sum::<Result<f64>>()? * step)
 }
