@@ -13,6 +13,8 @@ from eft._native import Command, Rig
 NOTICED = 5e-4
 """Difference of two delays, s, that is worth a remark."""
 
+_LARGEST_ERROR = 10.0
+"""Largest error, rms over rms, that a sentence states."""
 _LEAST_PRESSURE = 0.01
 """Share of the supply pressure that a prediction needs at least."""
 
@@ -47,8 +49,8 @@ class Prediction(NamedTuple):
     """Force error by the play of the attachment, about, rms over rms, and the amplitude in N of the
     oscillation that it sustains where the command is small."""
     unreached: tuple[tuple[str, float, float], ...]
-    """What self-calibration needs, and the nearest that it reaches; delays in s. Flow and valve gain, relative to
-    the configured ones, where it rejects them or noise may make it reject them."""
+    """What self-calibration needs, and the nearest that it reaches; delays in s. Flow and valve gain, over the
+    configured ones, where it rejects them or noise may make it reject them."""
     left_out: tuple[str, ...]
     """What is not contained: keys of the rig, and the command above 20 or 100 Hz."""
 
@@ -84,12 +86,15 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
             constant |= 2.0 * error.constant**2 > error.whole**2
             allowed = rig[f"verdict.{grade}.{name}"]
             by = _by_noise(error)
-            sentence = f"{told} by {error.whole:.1%} (rms) at small motion{by}, more than {allowed:.0%}."
+            sentence = (
+                f"{told} by {_size(error.whole, 1)} (rms) at small motion{by}, more than {allowed:.0%}."
+            )
             yield Finding(grade, sentence)
     if (grade := above(rig, "oscillation", found.oscillation.whole)) is not None:
+        size = _size(found.oscillation.whole, 0)
         sentence = (
-            f"The force will miss the command by {found.oscillation.whole:.0%} (rms) above 30 Hz, where "
-            f"the oil column oscillates{_by_noise(found.oscillation)}."
+            f"The force will miss the command by {size} (rms) above 30 Hz, where the oil column oscillates"
+            f"{_by_noise(found.oscillation)}."
         )
         yield Finding(grade, sentence)
     if constant:
@@ -123,6 +128,11 @@ def of_prediction(rig: Rig, rate: float, found: Prediction) -> Iterator[Finding]
         yield from (Finding(worst(grades), _of_unreached(rig, rate, *one)) for one in unreached)
 
 
+def _size(error: float, digits: int) -> str:
+    """An error in per cent, with so many digits after the point."""
+    return f"{error:.{digits}%}" if error <= _LARGEST_ERROR else f"more than {_LARGEST_ERROR:.0%}"
+
+
 def _by_noise(error: PredictedError) -> str:
     """The main cause of an error, if it is noise."""
     return ", mostly by noise and resolution of its sensors" if 2.0 * error.noise**2 > error.whole**2 else ""
@@ -151,17 +161,17 @@ def _of_unreached(rig: Rig, rate: float, what: str, needed: float, nearest: floa
 
 
 def of_distrust(rig: Rig, command: Command, found: Prediction) -> Iterator[Finding]:
-    """A caution about gains that the learner may take for the fault of a sensor, so that only its guard acts."""
+    """A caution about gains that noise may make the learner reject, so that only its guard acts."""
     for _, flow, valve in (one for one in found.unreached if one[0] == "doubtful"):
         guarded = rig.replace({"compensation.adaptive": False, "compensation.guard": True})
-        distrusted = predicted(guarded, command)
-        error = float("inf") if distrusted is None else distrusted.displacement.whole
+        rejected = predicted(guarded, command)
+        error = float("inf") if rejected is None else rejected.displacement.whole
         if error > found.displacement.whole and above(rig, "displacement_error", error) is not None:
-            size = "without a limit" if distrusted is None else f"by about {error:.0%} (rms)"
             sentence = (
-                f"The flow gain is {flow:.2f} and the valve gain {valve:.2f} times the configured one. With the "
+                f"The flow gain is {flow:.2f} and the valve gain {valve:.2f} times the configured one. With "
                 "noise of its sensors self-calibration may take this for the fault of a sensor, and learn "
-                f"nothing: the displacement then misses the ideal one {size}. Configure the true gains."
+                f"nothing: the displacement then misses the ideal one by {_size(error, 0)} (rms). Configure "
+                "the true gains."
             )
             yield Finding("caution", sentence)
 
@@ -183,7 +193,7 @@ def of_droop(rig: Rig, command: Command, lowest: float, found: Prediction) -> It
     if error > found.displacement.whole and above(rig, "displacement_error", error) is not None:
         sentence = (
             f"The supply droops to {share:.0%} of its pressure, and the controller does not know it: the "
-            f"displacement may miss the ideal one by about {error:.0%} (rms). "
+            f"displacement may miss the ideal one by about {_size(error, 0)} (rms). "
             "compensation.supply_correction measures the pressure."
         )
         yield Finding("caution", sentence, (("compensation.supply_correction", True),))

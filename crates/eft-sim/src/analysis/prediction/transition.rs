@@ -14,6 +14,8 @@ use crate::ground_motion::excitation::Command;
 const BLOCK: f64 = 0.05;
 /// Difference (1) of the level from the last one that ends the transition.
 const REACHED: f64 = 1e-2;
+/// Opening (1) far beyond the stops, at which a growing loop counts as the last one. Its errors are large already.
+const GROWN: f64 = 10.0;
 
 /// Adds to the signals of the last loop, with its rig and its model, the difference by the loops before it.
 pub(super) fn add(
@@ -29,7 +31,7 @@ pub(super) fn add(
     let (mut state, mut last_state) = (DVector::zeros(model.a.nrows()), DVector::zeros(model.a.nrows()));
     let mut differences = vec![Vec::new(); 2 * count];
     let (mut time, mut sample) = (0.0, 0);
-    while sample < transform.samples {
+    'blocks: while sample < transform.samples {
         let now = adaptation.after(time).varied(|values| values.compensation.level *= guard.level);
         let left = now.compensation.level / level;
         if time >= adaptation.duration() && (left - 1.0).abs() <= REACHED {
@@ -48,6 +50,9 @@ pub(super) fn add(
             guard.observe(own.rows(3 * count, count).iter(), adaptation.small_gain * left - 1.0, 1.0 / rate);
             (state, last_state) = (now.next(&state, &command), last.next(&last_state, &command));
             sample += 1;
+            if opening > GROWN {
+                break 'blocks;
+            }
         }
         guard.act(BLOCK);
         if opening > rig.compensation.learning.excitation {
