@@ -107,8 +107,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     - with the plausibility watch of the protection, a level of the force below an eighth of the actuator's
       capacity, or a sample rate below 250 times the natural frequency. In a building it is that of each floor
       while the others are at rest;
-    - a flow or valve gain so far from the configured one that self-calibration learns it only if no noise of
-      the sensors makes it doubt them at first, if the displacement's error without learning exceeds its limit;
+    - a flow or valve gain that self-calibration may take for the fault of a sensor because of noise, if the
+      displacement's error without learning exceeds its limit;
     - a droop without ``compensation.supply_correction``, if the displacement's error at the lowest pressure
       exceeds its limit;
     - biased sensors that trip the protection within a second at rest;

@@ -49,7 +49,7 @@ class Prediction(NamedTuple):
     """Force error by the play of the attachment, about, rms over rms, and the amplitude in N of the
     oscillation that it sustains where the command is small."""
     unreached: tuple[tuple[str, float, float], ...]
-    """What self-calibration needs, and the nearest that it reaches; delays in s. Flow and valve gain, over the
+    """What self-calibration needs, and the nearest that it reaches; delays in s. Flow and valve gain over the
     configured ones, where it rejects them or noise may make it reject them."""
     left_out: tuple[str, ...]
     """What is not contained: keys of the rig, and the command above 20 or 100 Hz."""
