@@ -110,6 +110,17 @@ def test_the_errors_until_the_calibration_arrives_are_foreseen(flow_gain, mass, 
     assert found[1] > exact.displacement_error
 
 
+@pytest.mark.parametrize("flow_gain", [0.8, 1.0])
+def test_a_motion_that_is_too_small_to_learn_from_has_the_errors_without_learning(flow_gain):
+    rig, command = lightly_damped(flow_gain), eft.sine_sweep(1.0, 0.3, 8.0, 16.0, 2048.0)
+    [found, fixed] = (
+        eft.check_feasibility(rig.replace({"compensation.adaptive": adaptive}), command)
+        for adaptive in (True, False)
+    )
+    assert found.force_error == pytest.approx(fixed.force_error, rel=5e-3)
+    assert found.displacement_error == pytest.approx(fixed.displacement_error, rel=5e-3)
+
+
 def test_nothing_is_learned_in_a_quiet_start():
     rig, silence = lightly_damped(0.85), np.zeros(2 * 2048)
     later = eft.Command(np.concatenate([silence, SWEEP.values]), SWEEP.sample_rate)
