@@ -278,7 +278,7 @@ def report(folder: Path) -> None:
     parts = (grades(data), agreement(data, groups | schemes), ratios(data, groups))
     write_text(folder / "check_against_run.md", "\n".join(parts))
     flow = learning["flow"]
-    gains = {"0.6 to 1": flow < 1, "1 to 1.39": (flow >= 1) & (flow < 1.39), "1.39 to 1.7": flow >= 1.39}
+    gains = {"0.6 to 1": flow < 1, "1 to 1.38": (flow >= 1) & (flow < 1.38), "1.38 to 1.7": flow >= 1.38}
     groups = groups_of(learning, {f"flow gain {name}": rigs for name, rigs in gains.items()})
     parts = (grades(learning), agreement(learning, groups), ratios(learning, groups))
     write_text(folder / "check_while_learning.md", "\n".join(parts))
