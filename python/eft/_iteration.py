@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._measured_force import check_force
 from eft._native import Command, Rig
 from eft._numbers import real_number, whole_number
 from eft._read_only import ReadOnly
@@ -34,9 +35,8 @@ _ENERGY = 0.9999
 _RESIDUAL = 0.05
 """Residual displacement over peak displacement above which a measured specimen counts as yielded."""
 
-
-_PLAUSIBLE = (0.05, 3.0)
-"""Smallest and largest rms of a measured force over that of its drive. Little force may remain."""
+_LARGEST_FORCE = 3.0
+"""Largest rms of a measured force over that of its command."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,7 +291,7 @@ def _from_measured(measured: TestRun | Traces, step: _Step) -> DriveIteration:
     if not (np.isfinite(drive).all() and np.isfinite(force).all()):
         raise ValueError("measured = NaN in it: must have no gaps")
     for sent, measured_force in zip(np.atleast_2d(drive), np.atleast_2d(force), strict=True):
-        _check_force(sent, measured_force)
+        check_force(sent, measured_force, _LARGEST_FORCE)
     if moved is not None and (left := max(map(_left_over, np.atleast_2d(moved)))) > _RESIDUAL:
         raise ValueError(
             f"displacement = {left:.0%} of its peak at the end: the specimen has yielded, and must not be "
@@ -300,21 +300,6 @@ def _from_measured(measured: TestRun | Traces, step: _Step) -> DriveIteration:
     following, frequency, response, coherence, chosen = step.next(drive, force)
     stopped = "one step of measured data" if chosen.any() else "no frequency has the coherence"
     return DriveIteration(following, (step.error(force),), frequency, response, coherence, chosen, stopped)
-
-
-def _check_force(drive: Array, force: Array) -> None:
-    """Refuse a force of another sign or unit, whose correction would be sent to a rig."""
-    sent, answered = float(np.linalg.norm(drive)), float(np.linalg.norm(force))
-    if sent == 0.0:
-        return
-    factor, low, high = answered / sent, *_PLAUSIBLE
-    if not low <= factor <= high:
-        raise ValueError(
-            f"force = {factor:.2g} times the command (rms): must be {low:g} to {high:g} times: "
-            "check the units of both"
-        )
-    if drive @ force < -0.5 * sent * answered:
-        raise ValueError("force = against the command: must follow it: one of the two has the wrong sign")
 
 
 def _left_over(displacement: Array) -> float:

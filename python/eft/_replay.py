@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from eft import _native
+from eft._measured_force import check_force
 from eft._native import Rig
 from eft._read_only import ReadOnly
 from eft._run import TestRun
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 __all__ = ["Replay", "replay"]
 
 _NEEDED = ("command", "velocity", "force", "spool", "valve_command")
+
+_LARGEST_FORCE = 30.0
+"""Largest rms of the force over that of its command. An unstable test has much more force."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +141,8 @@ def replay(
     Raises
     ------
     ValueError
-        If a signal is missing, or the learner refuses the rig.
+        If a signal is missing, if the force has another sign or unit than its command, or if the learner
+        refuses the rig.
 
     Examples
     --------
@@ -168,6 +173,7 @@ def replay(
     for name in names:
         reported = f"measured_{name}"
         signals[name] = test[reported if reported in test.columns else name]
+    check_force(signals["command"], signals["force"], _LARGEST_FORCE)
     if "compensation" in test.columns:
         signals["valve_command"] = _before_the_tick(rig, test)
     signals["next_command"] = np.append(signals["command"][1:], signals["command"][-1:])

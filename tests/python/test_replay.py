@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import eft
-from eft.traces import write_run
+from eft.traces import Traces, write_run
 
 RIG = eft.Rig.zhao2005()
 COMMAND = eft.sine_sweep(4000.0, 0.5, 4.0, 8.0, 4096.0)
@@ -52,6 +52,23 @@ def test_a_failed_sensor_shows_in_the_test_ratio():
     during = (replay.time > 5.05) & (replay.time < 5.5)
     assert np.all(replay.test_ratio[during] > 1.0)
     assert np.all(replay.status[during] & eft.Status.ADAPTATION_FROZEN)
+
+
+@pytest.mark.parametrize(
+    ("factor", "says"),
+    [(1 / 4448.2, "force = 0.00021 times the command"), (1000.0, "check the units"), (-1.0, "wrong sign")],
+)
+def test_a_force_of_another_sign_or_unit_is_refused(run, factor, says):
+    measured = Traces.from_run(run)
+    columns = dict(measured.columns) | {"measured_force": factor * run.measured_force}
+    with pytest.raises(ValueError, match=says):
+        eft.replay(RIG, Traces("m.csv", measured.sample_rate, columns))
+
+
+def test_an_unstable_test_is_replayed():
+    run = eft.simulate(RIG.replace({"servovalve.flow_gain_scale": 1.6}), COMMAND)
+    assert not run.verdict.ok
+    assert eft.replay(RIG, run).time.size > 0
 
 
 def test_what_is_missing_is_named(run):
