@@ -187,3 +187,14 @@ def test_samples_that_stand_still_or_come_at_the_wrong_time_trip(dtype: str) -> 
                 controller.step(**dict.fromkeys(names, 0.0), **sample)
             assert controller.cause == cause
             assert controller.status & eft.Status.MISSED_TICK
+
+
+@pytest.mark.parametrize("kind", [eft.Controller, eft.Compensator])
+def test_its_line_tells_rig_scheme_precision_and_sample_rate(kind):
+    rig = eft.Rig.zhao2005()
+    after = "zhao2005: nonlinear compensation, f64 at 4096 Hz>"
+    assert repr(kind(rig)) == f"<eft.{kind.__name__} of {after}"
+    learns = kind(rig.replace({"compensation.adaptive": True}), "f32", sample_rate=4096.0)
+    assert repr(learns).endswith("self-calibrating nonlinear compensation, f32 at 4096 Hz>")
+    unnamed = eft.Rig.from_dict({key: value for key, value in rig.to_dict().items() if key != "name"})
+    assert repr(kind(unnamed)).startswith(f"<eft.{kind.__name__} of a rig without a name: ")

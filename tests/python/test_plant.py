@@ -120,3 +120,10 @@ def test_a_second_thread_is_refused(kind):
         f"eft.{kind.__name__} is in the middle of another call: make one for each thread, and in a structure "
         "use what its own step was given"
     ]
+
+
+def test_its_line_tells_rig_structure_and_sample_rate():
+    rig = eft.Rig.zhao2005()
+    assert repr(eft.Plant(rig)) == "<eft.Plant of zhao2005: bilinear structure, f64 at 4096 Hz>"
+    own = eft.Plant(rig, 2048.0, structure=lambda force, dt: (0.0, 0.0))
+    assert "external structure, f64 at 2048 Hz" in repr(own)

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::arrays;
 use crate::errors::{refuse, to_python};
 use crate::one_caller::OneCaller;
-use crate::rig::{GivenRig, is_building};
+use crate::rig::{GivenRig, is_building, name, word};
 use crate::specimen::motions;
 use crate::values::{optional_number, real_number};
 
@@ -41,6 +41,8 @@ pub(crate) struct Plant {
     stacked: bool,
     period: f64,
     structure: Option<Py<PyAny>>,
+    /// Rig, structure, precision and sample rate.
+    shown: String,
 }
 
 impl Plant {
@@ -72,12 +74,19 @@ impl Plant {
         let options = SimulateOptions { method: Method::RungeKutta, ..SimulateOptions::default() };
         let plant = PlantStepper::new(&rig.config, rate, &options).map_err(to_python)?;
         let plant = OneCaller::new("eft.Plant", plant);
+        let kind = if structure.is_some() { "external".into() } else { word(&rig.config, "structure.kind") };
+        let shown = format!("{}: {kind} structure, f64 at {rate} Hz", name(&rig.config));
         Ok(Self {
             plant,
             stacked: is_building(&rig.config),
             period: 1.0 / rate,
             structure: structure.map(Bound::unbind),
+            shown,
         })
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<eft.Plant of {}>", self.shown)
     }
 
     /// Step the plant by one sample under `valve_command` (V) and return its state.

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
-use crate::rig::Rig;
+use crate::rig::{Rig, name, word};
 use crate::run::Dtype;
 
 enum Precision {
@@ -83,6 +83,18 @@ impl Channel {
         };
         let last = each!(&core, core => core.before());
         Ok(Self { core, rig: rig.config.clone(), dtype, sample_rate: rate, realization, last })
+    }
+
+    /// Rig, scheme, precision and sample rate in one line.
+    pub(super) fn shown(&self) -> String {
+        let own = if self.rig.compensation.adaptive { "self-calibrating " } else { "" };
+        format!(
+            "{}: {own}{} compensation, {} at {} Hz",
+            name(&self.rig),
+            word(&self.rig, "compensation.mode"),
+            self.dtype.name(),
+            self.sample_rate
+        )
     }
 
     /// The arguments for a new object in `pickle`, which can only restore an object at rest.

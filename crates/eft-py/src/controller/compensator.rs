@@ -31,6 +31,8 @@ use crate::values::{optional_number, real_number};
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct Compensator {
     channel: OneCaller<Channel>,
+    /// Rig, scheme, precision and sample rate.
+    shown: String,
 }
 
 python_methods!(Compensator {
@@ -38,7 +40,8 @@ python_methods!(Compensator {
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
     fn new(rig: GivenRig, dtype: &str, #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>) -> PyResult<Self> {
         let channel = Channel::new(&rig, dtype, sample_rate, Realization::Analog)?;
-        Ok(Self { channel: OneCaller::new("eft.Compensator", channel) })
+        let shown = channel.shown();
+        Ok(Self { channel: OneCaller::new("eft.Compensator", channel), shown })
     }
 
     /// Take one sample and return the compensation signal in V.

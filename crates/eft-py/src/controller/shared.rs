@@ -7,6 +7,10 @@ macro_rules! python_methods {
         impl $Class {
             $($own)*
 
+            fn __repr__(&self) -> String {
+                format!("<eft.{} of {}>", stringify!($Class), self.shown)
+            }
+
             /// Return the last output again, in V, and leave the state unchanged.
             ///
             /// The next `step` takes the change since the last one for that of one sample. For several samples call

@@ -31,6 +31,8 @@ use crate::values::{optional_number, real_number};
 #[pyclass(frozen, module = "eft")]
 pub(crate) struct Controller {
     channel: OneCaller<Channel>,
+    /// Rig, scheme, precision and sample rate.
+    shown: String,
 }
 
 python_methods!(Controller {
@@ -38,7 +40,8 @@ python_methods!(Controller {
     #[pyo3(signature = (rig, dtype="f64", *, sample_rate=None))]
     fn new(rig: GivenRig, dtype: &str, #[pyo3(from_py_with = optional_number)] sample_rate: Option<f64>) -> PyResult<Self> {
         let channel = Channel::new(&rig, dtype, sample_rate, Realization::Digital)?;
-        Ok(Self { channel: OneCaller::new("eft.Controller", channel) })
+        let shown = channel.shown();
+        Ok(Self { channel: OneCaller::new("eft.Controller", channel), shown })
     }
 
     /// Take one sample and return the valve command in V.

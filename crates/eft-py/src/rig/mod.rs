@@ -34,6 +34,19 @@ pub(crate) struct Rig {
     pub(crate) config: RigConfig,
 }
 
+/// The rig's name, for one line about it.
+pub(crate) fn name(config: &RigConfig) -> &str {
+    config.name.as_deref().unwrap_or("a rig without a name")
+}
+
+/// The word that a key has, for one line about the rig.
+pub(crate) fn word(config: &RigConfig, key: &str) -> String {
+    match config.get(key) {
+        Ok(Some(Value::String(word))) => word,
+        _ => String::new(),
+    }
+}
+
 fn wrap(result: eft_sim::Result<RigConfig>) -> PyResult<Rig> {
     result.map(|config| Rig { config }).map_err(to_python)
 }
@@ -281,19 +294,15 @@ impl Rig {
 
     fn __repr__(&self) -> String {
         let config = &self.config;
-        let word = |key| match config.get(key) {
-            Ok(Some(Value::String(word))) => word,
-            _ => String::new(),
-        };
         format!(
             "<eft.Rig {}: {} compensation at level {}, {} controller at {} Hz, {} structure>",
             config.name.as_deref().unwrap_or("without a name"),
-            word("compensation.mode"),
+            word(config, "compensation.mode"),
             config.compensation.level,
             // A designed loop is digital, whatever its key says.
             if config.controller.realization == Realization::Digital { "digital" } else { "analog" },
             config.controller.sample_rate,
-            word("structure.kind"),
+            word(config, "structure.kind"),
         )
     }
 
