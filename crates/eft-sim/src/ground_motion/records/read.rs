@@ -164,11 +164,14 @@ fn agreed_unit(draft: &Draft, given: Option<Unit>, suffix: &str) -> Result<Unit,
         }
         (Some(unit), _) | (None, Some(unit)) => Ok(unit),
         (None, None) if suffix == "at2" => Ok(Unit::Gravity),
-        (None, None) => Err(Fault::new(format!(
-            "{} names no unit: give unit=\"g\" (`--unit g`), or write it after the name, as in \
-             `acceleration (g)`; allowed are {}",
-            draft.column.as_deref().unwrap_or("the record"),
-            Unit::NAMES.join(", "),
-        ))),
+        (None, None) => {
+            let column = draft.column.as_deref().unwrap_or("the record");
+            let none = if column.contains(['(', '[']) { "no known unit" } else { "no unit" };
+            Err(Fault::new(format!(
+                "{column} names {none}: give unit=\"g\" (`--unit g`), or write it after the name, as in \
+                 `acceleration (g)`; allowed are {}",
+                Unit::NAMES.join(", "),
+            )))
+        }
     }
 }
