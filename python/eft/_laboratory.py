@@ -31,6 +31,9 @@ __all__ = ["Identification", "identify"]
 _TRAVEL = 2.2
 """Largest travel of the piston over the rig's stroke to one side, with a margin for its sensor."""
 
+_FLOWS = 50.0
+"""Largest factor between a measured flow and the rig's. Valves differ less, and times by 60 or 1,000."""
+
 
 @dataclass(frozen=True)
 class Identification:
@@ -200,6 +203,7 @@ def identify(
             if "overlap" in found:
                 arrays = [found["overlap"].behind(spool) for spool in arrays[0]], arrays[1]
             found["flow_curve"] = identify_flow_curve(*arrays, rate, area, knots)
+            check_flow(rig, found["flow_curve"])
             found["flow_gain"] = identify_flow_gain(*arrays, rate, area)
         rig = rig.replace(
             {
@@ -239,6 +243,16 @@ def check_travel(rig: Rig, runs: Sequence[Traces]) -> None:
                 f"{run.name}: displacement = {travel:.3g} m from end to end: must be within actuator.stroke, "
                 f"±{stroke:.3g} m: check its unit"
             )
+
+
+def check_flow(rig: Rig, curve: FlowTable) -> None:
+    """Refuse a flow curve that only another unit of the times, or another valve, explains."""
+    factor = curve.flows[-1] / rig["servovalve.flow_table.flows"][-1]
+    if not 1.0 / _FLOWS <= factor <= _FLOWS:
+        raise ValueError(
+            f"flow = {factor:.3g} times that of servovalve.flow_table at the full opening: must be "
+            f"{1.0 / _FLOWS:g} to {_FLOWS:g} times: check the unit of the times"
+        )
 
 
 def _same_specimen(rig: Rig, frequency: float) -> None:

@@ -105,6 +105,19 @@ def test_a_displacement_beyond_the_stroke_is_of_another_unit(command, folder, ca
             eft.identify(RIG, **sources)
 
 
+def test_a_flow_test_with_times_in_another_unit_is_refused(folder, capsys):
+    test = eft.identification.flow_test(RIG, amplitude=0.6 * RIG["actuator.stroke"])
+    columns = {"spool": test.spool, "displacement (m)": test.displacement}
+    time = np.arange(test.spool.size) / 2048.0
+    write("fast.csv", **{"time (ms)": time, **columns})
+    write("slow.csv", **{"time (s)": 1e3 * time, **columns})
+    (folder / "rig.toml").write_text(RIG.to_toml())
+    assert main(["identify", "curve", "fast.csv", "--piston-area", "0.008212"]) == 2
+    assert "must be at most 20 at the full opening: check the unit of the times" in capsys.readouterr().err
+    assert main(["identify", "curve", "slow.csv", "--rig", "rig.toml"]) == 2
+    assert "times that of servovalve.flow_table at the full opening: must be 0.02" in capsys.readouterr().err
+
+
 def test_damping_is_that_of_the_structure(capsys):
     free = eft.identification.free_vibration(RIG, 0.02)
     write("a.csv", **{"time (s)": np.arange(free.size) / 512.0, "displacement (mm)": 1e3 * free})

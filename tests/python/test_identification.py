@@ -156,6 +156,21 @@ def laboratory(tmp_path_factory):
     return files
 
 
+@pytest.mark.parametrize(
+    ("factor", "says"),
+    [
+        (1e3, r"^speed of the displacement = 1\d{3}\.\d* m/s: must be at most 20 at the full opening: check"),
+        (1e-3, r"^flow = 0\.001\d* times that of servovalve.flow_table at the full opening: must be"),
+        (1 / 60, r"check the unit of the times"),
+    ],
+)
+def test_a_flow_test_with_times_in_another_unit_is_refused(factor, says):
+    columns = [{"spool": stroke.spool, "displacement": stroke.displacement} for stroke in strokes()]
+    tests = [eft.traces.Traces("a", factor * 2048.0, signals) for signals in columns]
+    with pytest.raises(ValueError, match=says.replace("^", "^a(, a)*: ")):
+        eft.identify(RIG, flow=tests)
+
+
 def test_a_rig_is_identified_from_the_files_of_a_laboratory(laboratory):
     unknown = RIG.replace(
         {

@@ -21,6 +21,8 @@ pub(super) const BRIDGED: usize = 3;
 const LARGEST_CHANGE: f64 = 0.05;
 /// Number of fits, each with the noise that the one before left.
 const ROUNDS: usize = 3;
+/// Largest speed (m/s) of a piston. Those of test actuators reach a few.
+const FASTEST: f64 = 20.0;
 /// Largest opening that can still be a fraction of the stroke.
 const LARGEST_OPENING: f64 = 1.2;
 
@@ -52,8 +54,8 @@ pub struct FlowCurveEstimate {
 ///
 /// # Errors
 /// No recordings, unequal or too short ones, openings that are not fractions of the stroke, fewer than two
-/// reached points on a side, a flow that does not rise with the opening, or one that changes by more than 10 % in a
-/// recording.
+/// reached points on a side, a flow that does not rise with the opening, one that changes by more than 10 % in a
+/// recording, or a piston faster than 20 m/s.
 pub fn identify_flow_curve(
     recordings: &[Recording<'_>],
     sample_rate: f64,
@@ -128,6 +130,14 @@ pub(super) fn check_rise(openings: &[f64], flows: &[f64]) -> Result<()> {
     Err(Error::value("flow", found, allowed))
 }
 
+/// Refuses a flow (m³/s) at the full opening that would move the piston faster than any.
+pub(super) fn check_speed(flow: f64, piston_area: f64) -> Result<()> {
+    let (speed, allowed) =
+        (flow.abs() / piston_area, "must be at most 20 at the full opening: check the unit of the times");
+    let name = "speed of the displacement";
+    checks::require(speed <= FASTEST, name, format!("{speed:.3} m/s"), allowed)
+}
+
 /// Refuses a flow (m³/s) that is more uncertain than it is large.
 fn check_certain(name: &str, found: Estimate) -> Result<()> {
     let Estimate { value, uncertainty } = found;
@@ -196,6 +206,8 @@ fn residuals((rows, flows): &Part, solution: &DVector<f64>) -> Vec<f64> {
 
 struct Fit {
     knots: Vec<f64>,
+    /// Area (m²) of the piston.
+    area: f64,
     /// Slope (m³/s) of each cell; zero without measurements.
     slopes: DVector<f64>,
     covariance: DMatrix<f64>,
@@ -224,6 +236,7 @@ impl Fit {
         }
         let mut fit = Self {
             knots: knots.to_vec(),
+            area: piston_area,
             slopes: DVector::zeros(cells),
             covariance: DMatrix::zeros(cells, cells),
             flow_change: 0.0,
@@ -323,6 +336,7 @@ impl Fit {
         checks::require(found, "spool", "hardly moves about null", allowed)?;
         let uncertainty = self.covariance[(cell, cell)].sqrt().hypot(self.flow_change * value);
         let found = Estimate { value, uncertainty };
+        check_speed(value, self.area)?;
         check_certain("flow_gain", found)?;
         Ok(found)
     }
@@ -351,6 +365,7 @@ impl Fit {
             }
         }
         check_rise(&openings, &flows)?;
+        check_speed(flows[2 * zero], self.area)?;
         for k in (0..flows.len()).filter(|k| measured[*k] && *k != zero) {
             let name = format!("flow at the opening {:.3}", openings[k]);
             check_certain(&name, Estimate::new(flows[k].abs(), uncertainty[k]))?;

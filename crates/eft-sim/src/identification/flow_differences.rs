@@ -5,7 +5,8 @@
 
 use super::clipping::check_unclipped;
 use super::flow_curve::{
-    FlowCurveEstimate, LEAST_SAMPLES, Recording, check_opening, check_reach, check_rise, control_points,
+    FlowCurveEstimate, LEAST_SAMPLES, Recording, check_opening, check_reach, check_rise, check_speed,
+    control_points,
 };
 use super::gaps::check;
 use crate::{Result, checks};
@@ -79,6 +80,7 @@ pub fn flow_curve_by_differences(
         }
     }
     check_rise(&openings, &flows)?;
+    check_speed(flows[knots - 1], piston_area)?;
     Ok(FlowCurveEstimate { openings, flows, uncertainty, measured })
 }
 

@@ -9,7 +9,7 @@ import click
 
 import eft
 from eft._display import shown
-from eft._laboratory import check_travel
+from eft._laboratory import check_flow, check_travel
 from eft._test_file import read_rig
 from eft.cli._data import data_options, read_data, rig_option
 from eft.cli._identify._answer import found_table, give, numbers, output_option, row
@@ -106,6 +106,8 @@ def curve(
         area,
         knots,
     )
+    if rig is not None:
+        check_flow(read_rig(rig, {}), found)
     parts = ("openings", "flows", "uncertainty", "measured")
     answer = {name: getattr(found, name).tolist() for name in parts}
     unit = shown("flow")
