@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import eft
+from eft._native import quantity
 from eft.cli import main
 
 GPM, PSI = 231 * 0.0254**3 / 60, 4.4482216152605 / 0.0254**2
@@ -223,7 +224,13 @@ def test_init_names_every_key_that_is_missing(key, tmp_path, monkeypatch, capsys
     assert not any(f"{other}," in said or f"{other}\n" in said for other in others)
 
 
-def test_init_asks_a_person(tmp_path, monkeypatch):
+@pytest.mark.parametrize("question", eft.data_sheets.QUESTIONS)
+def test_the_example_of_a_question_has_its_unit(question):
+    assert quantity(question.key, question.example, question.unit) > 0.0
+
+
+@pytest.mark.parametrize("right", ["12 t", "12000", "1.2e4 kg"])
+def test_init_asks_a_person(right, tmp_path, monkeypatch):
     from click.testing import CliRunner
 
     from eft.cli import _init
@@ -231,8 +238,12 @@ def test_init_asks_a_person(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text(toml(without("structure.mass")), encoding="utf-8")
     monkeypatch.setattr(_init, "sys", type("Sys", (), {"stdin": type("Tty", (), {"isatty": lambda: True})}))
-    answer = CliRunner().invoke(_init.init, ["--from-data-sheet", "mine.toml"], input="12 t\n")
+    wrong = ["abc", "26 parsec", "-1 t", "nan", "0", "250 kN"]
+    answers = "\n".join([*wrong, f"{right}\n"])
+    answer = CliRunner().invoke(_init.init, ["--from-data-sheet", "mine.toml"], input=answers)
     assert answer.exit_code == 0, answer.output
+    assert answer.output.count("Error: structure.mass = ") == len(wrong)
+    assert "'26 parsec'" in answer.output and "kg, t, tonne" in answer.output
     assert eft.Rig.from_toml("rig.toml")["structure.mass"] == 12000.0
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,8 @@ from eft import _study_file, _test_file
 from eft._files import write_text
 from eft._test_file import parse_toml, read_text
 from eft.cli._output import FILE, epilog
+from eft.data_sheets import Question
+from eft.data_sheets._values import above_zero
 from eft.traces._write import check_folder
 
 
@@ -74,6 +78,22 @@ def _from(sheet: Path) -> eft.Rig:
         return eft.data_sheets.rig(sheet)
     for question in questions:
         section, _, key = question.key.partition(".")
-        answer = click.prompt(f"{question.text} (such as {question.example})", type=str)
-        given.setdefault(section, {})[key] = answer
+        text = f"{question.text} (such as {question.example})"
+        given.setdefault(section, {})[key] = click.prompt(text, value_proc=_checked(question))
     return eft.data_sheets.rig(given)
+
+
+def _checked(question: Question) -> Callable[[str], float | str]:
+    """The answer to a question: a number or a text with its unit. The question is repeated after others."""
+
+    def check(answer: str) -> float | str:
+        value: float | str = answer
+        with suppress(ValueError):
+            value = float(answer)
+        try:
+            above_zero(question.key, value, question.unit)
+        except ValueError as error:
+            raise click.UsageError(str(error)) from None
+        return value
+
+    return check

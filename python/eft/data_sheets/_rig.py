@@ -37,25 +37,31 @@ class Question(NamedTuple):
     """The question."""
     example: str
     """An example of a value."""
+    unit: str
+    """SI unit of a number."""
     instead: tuple[str, ...] = ()
     """Alternative keys."""
 
 
 QUESTIONS = (
-    Question("structure.mass", "mass of the specimen", "12 t", ("structure.masses",)),
-    Question("structure.frequency", "natural frequency", "2.3 Hz", ("structure.stiffnesses",)),
-    Question("structure.damping_ratio", "damping ratio", "2 %", ("structure.damping_ratios",)),
-    Question("actuator.force", "largest force of the actuator", "250 kN", ("actuator.area",)),
-    Question("actuator.stroke", "stroke from end to end", "250 mm"),
-    Question("servovalve.rated_flow", "rated flow of the valve", "90 gpm"),
-    Question("servovalve.rated_drop", "pressure drop over both lands at that flow", "1000 psi"),
+    Question("structure.mass", "mass of the specimen", "12 t", "kg", ("structure.masses",)),
+    Question("structure.frequency", "natural frequency", "2.3 Hz", "Hz", ("structure.stiffnesses",)),
+    Question("structure.damping_ratio", "damping ratio", "2 %", "", ("structure.damping_ratios",)),
+    Question("actuator.force", "largest force of the actuator", "250 kN", "N", ("actuator.area",)),
+    Question("actuator.stroke", "stroke from end to end", "250 mm", "m"),
+    Question("servovalve.rated_flow", "rated flow of the valve", "90 gpm", "m³/s"),
+    Question("servovalve.rated_drop", "pressure drop over both lands at that flow", "1000 psi", "Pa"),
     Question(
-        "servovalve.phase_90_frequency", "frequency of a phase of -90°", "60 Hz", ("servovalve.rise_time",)
+        "servovalve.phase_90_frequency",
+        "frequency of a phase of -90°",
+        "60 Hz",
+        "Hz",
+        ("servovalve.rise_time",),
     ),
-    Question("supply.pressure", "supply pressure", "3000 psi"),
-    Question("supply.pump_flow", "largest flow of the pump", "20 gpm"),
-    Question("supply.accumulator_volume", "gas volume of the accumulator", "10 gal"),
-    Question("supply.precharge", "precharge of the accumulator", "1500 psi"),
+    Question("supply.pressure", "supply pressure", "3000 psi", "Pa"),
+    Question("supply.pump_flow", "largest flow of the pump", "20 gpm", "m³/s"),
+    Question("supply.accumulator_volume", "gas volume of the accumulator", "10 gal", "m³"),
+    Question("supply.precharge", "precharge of the accumulator", "1500 psi", "Pa"),
 )
 """The required values of a data sheet, in its order."""
 
