@@ -8,9 +8,9 @@ mod check;
 mod start;
 
 use crate::compensation::{NODES, PIECES};
-use crate::learning::curve_nodes::DEPARTURE;
 use crate::learning::flow_curve::FlowCurve;
 use crate::learning::learner::{Learner, LearnerState};
+use crate::learning::tuning::CURVE_DEPARTURE;
 use crate::number::{Real, Scalar};
 
 /// A calibration to keep over a restart, made by [`Learner::saved`].
@@ -198,7 +198,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             error: of(self.curve.mean_square(curve).sqrt()) * step,
             flow_gain_share: of(FlowCurve::share(curve)),
             // As a mean over little flow it may exceed every departure.
-            mean_departure: of(curve.common).limit(-DEPARTURE, DEPARTURE),
+            mean_departure: of(curve.common).limit(-CURVE_DEPARTURE, CURVE_DEPARTURE),
             time: of(memory.time),
             sensor_offset: of(curve.sensor),
             null_time: of(memory.null_time),

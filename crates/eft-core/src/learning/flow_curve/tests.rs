@@ -153,6 +153,6 @@ fn the_mean_departure_is_a_share_of_the_flow_whatever_its_sign() {
         // With an instrument of 0.1 the sum of their products is near the weight of the prior, or beyond.
         let sample = CURVE.sample(&l.evidence, flow, [0.1, 1.0], [0.0; 2]);
         CURVE.learn(&mut l.state, &mut l.evidence, &CurveSample { instrument: 0.1, ..sample }, 1.0, 0.984);
-        assert!(l.evidence.common.abs() <= DEPARTURE, "{flow}: {:?}", l.evidence);
+        assert!(l.evidence.common.abs() <= CURVE_DEPARTURE, "{flow}: {:?}", l.evidence);
     }
 }
