@@ -111,9 +111,9 @@ class CalibrationEvidence(Section[EvidenceName]):
     mean_weight: float
     """Mean weight of the remembered motion; 1 if nothing was forgotten."""
     mean_square_frequency: float
-    """Mean-square frequency of the motion, 1/s²: the mean of the opening's squared rate."""
+    """Mean-square frequency of the motion, 1/s². It is the mean of the opening's squared rate."""
     growth: float
-    """Mean of opening times its rate, 1/s: the rate at which the motion grew."""
+    """Mean of opening times its rate, 1/s. It is the rate at which the motion grew."""
     flow: float
     """Mean of opening times flow, m³/s."""
     flow_rate: float
