@@ -7,7 +7,7 @@ obligation of every lemma, in addition to its claims.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Never
 
 from ir import Leaf
@@ -51,14 +51,14 @@ class Pointer:
     def chosen(self, condition: Bool, no: Pointer | Either) -> Pointer | Either:
         if isinstance(no, Either) or self.struct is not no.struct:
             return Either(condition, self, no)
-        if isinstance(self.offset, int) and self.offset == no.offset:
-            return self
+        if isinstance(self.offset, int) and isinstance(no.offset, int):
+            return self if self.offset == no.offset else Either(condition, self, no)
         return Pointer(self.struct, condition.pick(self.word(), no.word()))
 
 
 @dataclass
 class Either:
-    """A pointer to one of two structs."""
+    """A pointer to one of two places."""
 
     condition: Bool
     yes: Pointer | Either
@@ -104,10 +104,16 @@ class Access:
                     return self._not_null(other)
         return pointer
 
+    def _both(self, pointer: Either) -> list[tuple[Access, Pointer | Either, Bool]]:
+        """An access to each of the places, the place, and where it is the chosen one."""
+        places = ((pointer.yes, pointer.condition), (pointer.no, ~pointer.condition))
+        return [(replace(self, here=self.here & chosen), place, chosen) for place, chosen in places]
+
     def load(self, pointer: Pointer | Either, kind: str):
         pointer = self._not_null(pointer)
         if isinstance(pointer, Either):
-            return pointer.condition.pick(self.load(pointer.yes, kind), self.load(pointer.no, kind))
+            yes, no = (access.load(place, kind) for access, place, _ in self._both(pointer))
+            return pointer.condition.pick(yes, no)
         if pointer.struct.on_stack:
             word = Word.joined([self._byte(pointer, n) for n in range(SIZES[kind])])
             return word.float() if kind in ("float", "double") else word
@@ -149,7 +155,10 @@ class Access:
     def store(self, value: Float | Word, pointer: Pointer | Either, size: int) -> None:
         pointer = self._not_null(pointer)
         if isinstance(pointer, Either):
-            self.refuse("a store to one of two structs")
+            kind = f"i{8 * size}" if isinstance(value, Word) else {4: "float", 8: "double"}[size]
+            for access, place, chosen in self._both(pointer):
+                access.store(value.chosen(chosen, access.load(place, kind)), place, size)
+            return
         word = value.bits(self.assume) if isinstance(value, Float) and pointer.struct.on_stack else value
         if pointer.struct.on_stack:
             for n in range(size):
@@ -168,9 +177,10 @@ class Access:
                 new = value.float() if isinstance(value, Word) else value.bits(self.assume)
             pointer.struct.cells[at] = new if isinstance(pointer.offset, int) else new.chosen(condition, old)
 
-    def copy(self, to: Pointer, source: Pointer, size: int) -> None:
+    def copy(self, to: Pointer | Either, source: Pointer | Either, size: int) -> None:
         """Scalar by scalar, with the names of the side that has them."""
-        known = source if to.struct.on_stack or not isinstance(to.offset, int) else to
+        one_to, one_source = (p.yes if isinstance(p, Either) else p for p in (to, source))
+        known = one_source if one_to.struct.on_stack or not isinstance(one_to.offset, int) else one_to
         leaves = (
             [Leaf("", n, 1, "int") for n in range(size)]
             if known.struct.on_stack

@@ -134,7 +134,7 @@ def kept(v: Case, state) -> Formulas:
 def estimates_given(v: Case) -> Formulas:
     # Checkpoints keep evidence, and a rejection restores it.
     before = kept(v, v.state)
-    for name, checkpoint in (("older", v.state.checkpoints.older), ("newer", v.state.checkpoints.newer)):
+    for name, checkpoint in (("first", v.state.checkpoints.first), ("second", v.state.checkpoints.second)):
         before[f"{name} null offset"] = abs(checkpoint.curve.null) <= NULL
         before[f"{name} asymmetry"] = abs(checkpoint.curve.asymmetry) <= ASYMMETRY
     return {**configured(v), **{f"before: {name}": formula for name, formula in before.items()}}

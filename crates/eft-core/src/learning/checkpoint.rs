@@ -35,27 +35,32 @@ integrity!(Evidence<T>: flow, valve, amount, newer_openings, time, flow_errors, 
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub(crate) struct Checkpoints<T> {
-    older: Evidence<T>,
-    newer: Evidence<T>,
+    first: Evidence<T>,
+    second: Evidence<T>,
+    /// Whether the first is the newer one.
+    first_is_newer: bool,
 }
-integrity!(Checkpoints<T>: older, newer);
+integrity!(Checkpoints<T>: first, second, first_is_newer);
 
 impl<T: Copy> Checkpoints<T> {
     /// Two checkpoints of the same evidence.
     pub(crate) fn of(evidence: &Evidence<T>) -> Self {
-        Self { older: *evidence, newer: *evidence }
+        Self { first: *evidence, second: *evidence, first_is_newer: false }
     }
 
-    /// Makes a checkpoint.
+    /// Makes a checkpoint, in place of the older one.
     pub(crate) fn save(&mut self, evidence: &Evidence<T>) {
-        self.older = self.newer;
-        self.newer = *evidence;
+        let older = if self.first_is_newer { &mut self.second } else { &mut self.first };
+        *older = *evidence;
+        self.first_is_newer = !self.first_is_newer;
     }
 
     /// Restores the older one, which replaces both.
     pub(crate) fn restore(&mut self, evidence: &mut Evidence<T>) {
-        *evidence = self.older;
-        self.newer = self.older;
+        let Self { first, second, first_is_newer } = self;
+        let (older, newer) = if *first_is_newer { (second, first) } else { (first, second) };
+        *evidence = *older;
+        *newer = *older;
     }
 }
 
