@@ -474,7 +474,8 @@ EFT_NODISCARD uint8_t eft_learner_reset_f32(const eft_learner_f32 *learner, eft_
 EFT_NODISCARD uint8_t eft_start_from_f32(const eft_learner_f32 *learner, const eft_saved_calibration *saved,
     eft_learner_state_f32 *state, eft_error *why);
 
-// Makes the calibration of the learner's present estimates, for eft_reset_with.
+// Makes the calibration of the learner's present estimates, for eft_reset_with. Before anything is learned the channel
+// then starts as after eft_reset.
 EFT_NODISCARD uint8_t eft_first_calibration_f32(const eft_learner_f32 *learner, const eft_learner_state_f32 *state,
     eft_calibration_f32 *calibration);
 

@@ -172,6 +172,7 @@ macro_rules! constructor {
                     flow_per_change: volume as $t,
                     model,
                     lead: network,
+                    response_delay: p.response_delay as $t,
                     null_gain: if p.integrates() { 0.0 } else { network.gain() },
                     known_signal: null_bias as $t * network.gain(),
                     filter: BandFilter {

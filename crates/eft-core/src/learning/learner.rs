@@ -52,15 +52,16 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) curve: FlowCurve<T>,
     pub(super) deviation: Deviation<T>,
     pub(super) guard: Guard<T>,
-    /// The configured lead network.
+    /// The configured lead network, and the response delay (s) for which it compensates.
     pub(super) lead: LeadNetwork<T>,
+    pub(super) response_delay: T,
     /// Compensation signal (V) per null offset (1). It is 0 with an integral part, which supplies the offset itself: near
     /// null, overlap and friction look like an offset, and to add them moves the piston further.
     pub(super) null_gain: T,
     /// Compensation signal (V) for the known null bias.
     pub(super) known_signal: T,
 }
-integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, null_gain, known_signal);
+integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, response_delay, null_gain, known_signal);
 
 /// Number of windows at the start in which lost samples need no settling, because a rig starts at rest or primed.
 const START: u32 = 3;
@@ -100,10 +101,23 @@ impl<T: Real, const N: usize> Learner<T, N> {
     }
 
     /// The calibration of the present estimates, for [`Channel::at_rest_with`](crate::Channel::at_rest_with) after
-    /// [`start_from`](Self::start_from).
+    /// [`start_from`](Self::start_from). Without evidence it has the configured lead network: that of a learner at rest is
+    /// the [nominal](Calibration::nominal) one, bit for bit. The known delay of the velocity then counts from the first
+    /// [`update`](Self::update) on.
     pub fn first_calibration(&self, state: &LearnerState<T>) -> Calibration<T> {
+        let zero = T::splat(0.0);
         let square = self.valve.mean_square_frequency(&state.evidence.valve);
-        self.calibration(state, u32::MAX, square)
+        let found = self.calibration(state, u32::MAX, square);
+        if state.evidence.amount > zero {
+            return found;
+        }
+        let lead = self.configured_lead(found.lead.gain());
+        Calibration { lead, response_delay: self.response_delay, velocity_delay: zero, ..found }
+    }
+
+    /// The configured lead network with this DC gain (V per unit opening).
+    fn configured_lead(&self, gain: T) -> LeadNetwork<T> {
+        LeadNetwork::of(self.lead.pole(), self.lead.rate(), gain)
     }
 
     /// Makes the calibration to [publish](crate::Channel::publish) from a window.
@@ -316,8 +330,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let (level, null) = (state.guard.level, state.evidence.curve.null);
         let lead = self.valve.lead(valve, square, flow.delay.value, level);
         // Without estimates the configured network stays as it is, and only its level changes.
-        let lead =
-            if self.adapts { lead } else { LeadNetwork::of(self.lead.pole(), self.lead.rate(), lead.gain()) };
+        let lead = if self.adapts { lead } else { self.configured_lead(lead.gain()) };
         let estimates = [&flow.gain, &flow.delay, &valve.gain, &valve.delay];
         let bounded = estimates.iter().any(|estimate| estimate.beyond > zero) || state.curve.beyond > zero;
         let flag = |raised: bool, bit: u32| if raised { bit } else { 0 };

@@ -2,8 +2,8 @@
 //! the controller alone if everything else is off.
 
 use eft_core::{
-    Channel, ChannelState, Controller, ControllerInput, Input, Learner, Learning, Levels, Parameters,
-    ProtectionParameters, Real, Realization, VelocitySource, status,
+    Calibration, Channel, ChannelState, Controller, ControllerInput, Input, Learner, Learning, Levels,
+    Parameters, ProtectionParameters, Real, Realization, VelocitySource, status,
 };
 use proptest::prelude::*;
 
@@ -112,6 +112,18 @@ macro_rules! tests {
                         prop_assert!(found.response_delay.is_finite() && found.test_ratio.is_finite());
                         prop_assert_eq!(out.status & status::CALIBRATION_LATE, 0);
                     }
+                }
+
+                #[test]
+                fn a_learner_without_evidence_begins_with_the_nominal_calibration(
+                    p in guarded(), velocity_delay in prop_oneof![Just(0.0), 0.0..1.0e-2f64],
+                ) {
+                    let p = Parameters { velocity_delay, ..p };
+                    let channel = Channel::<$t, 21>::new(&p).unwrap();
+                    let learner = Learner::<$t, 21>::new(&p).unwrap();
+                    let first = learner.first_calibration(&learner.at_rest());
+                    prop_assert_eq!(first, Calibration::<$t>::nominal(&p).unwrap());
+                    prop_assert_eq!(channel.at_rest_with(&first).integrity(), channel.at_rest().integrity());
                 }
 
                 #[test]

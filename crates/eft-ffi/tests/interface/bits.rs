@@ -16,7 +16,7 @@ macro_rules! precision {
         $configure:ident $check:ident $reset:ident $input_init:ident $prime:ident $step:ident $hold:ident $missed:ident
         $publish:ident $in_use:ident $take_over:ident $trip:ident $end:ident $is_down:ident
         $learner_configure:ident $learner_check:ident $learner_reset:ident $start:ident $save:ident $first:ident $reset_with:ident
-        $learn:ident $read:ident $flow:ident
+        $learn:ident $read:ident $flow:ident $integrity:ident
     ) => {
         mod $module {
             use super::*;
@@ -87,6 +87,13 @@ macro_rules! precision {
                     assert_eq!($learner_configure(&parameters, &mut *learner, null_mut()), EFT_OK);
                     assert_eq!($learner_check(&*learner, &parameters), EFT_OK);
                     assert_eq!($learner_reset(&*learner, &mut *learned), EFT_OK);
+                    // With the first calibration of a learner without evidence the channel starts as without it.
+                    let (mut with, [mut word, mut same_word]) = (zeroed(), [0; 2]);
+                    assert_eq!($first(&*learner, &*learned, &mut *calibration), EFT_OK);
+                    assert_eq!($reset_with(&*channel, &*calibration, &raw mut *with), EFT_OK);
+                    assert_eq!($integrity(&raw const *state, &mut word), EFT_OK);
+                    assert_eq!($integrity(&raw const *with, &mut same_word), EFT_OK);
+                    assert_eq!(word, same_word);
                     for tick in 0..TICKS {
                         let input = input(tick);
                         if tick == 50 {
@@ -242,6 +249,7 @@ precision!(
     eft_request_end_f32 eft_is_down_f32 eft_learner_configure_f32 eft_learner_check_f32 eft_learner_reset_f32
     eft_start_from_f32 eft_save_calibration_f32 eft_first_calibration_f32 eft_reset_with_f32
     eft_learn_f32 eft_read_calibration_f32 eft_found_flow_f32
+    eft_state_integrity_f32
 );
 precision!(
     double, f64,
@@ -250,4 +258,5 @@ precision!(
     eft_request_end_f64 eft_is_down_f64 eft_learner_configure_f64 eft_learner_check_f64 eft_learner_reset_f64
     eft_start_from_f64 eft_save_calibration_f64 eft_first_calibration_f64 eft_reset_with_f64
     eft_learn_f64 eft_read_calibration_f64 eft_found_flow_f64
+    eft_state_integrity_f64
 );
