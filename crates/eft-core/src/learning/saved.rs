@@ -10,8 +10,7 @@ mod start;
 use crate::compensation::{NODES, PIECES};
 use crate::learning::flow_curve::FlowCurve;
 use crate::learning::learner::{Learner, LearnerState};
-use crate::learning::tuning::CURVE_DEPARTURE;
-use crate::number::{Real, Scalar};
+use crate::number::Real;
 
 /// A calibration to keep over a restart, made by [`Learner::saved`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,7 +134,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     pub fn saved(&self, state: &LearnerState<T>) -> SavedCalibration {
         let of = T::to_f64;
         let (flow, valve) = (&state.flow, &state.valve.found);
-        SavedCalibration {
+        self.limited(SavedCalibration {
             version: SavedCalibration::VERSION,
             greatest_flow: self.greatest_flow(),
             flow_gain: of(flow.gain.value),
@@ -146,7 +145,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
             excitation: of(state.evidence.amount),
             evidence: self.saved_evidence(state),
             curve: self.saved_curve(state),
-        }
+        })
     }
 
     fn saved_evidence(&self, state: &LearnerState<T>) -> SavedEvidence {
@@ -197,8 +196,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
                 .map(|variance| of(variance.sqrt()) * step),
             error: of(self.curve.mean_square(curve).sqrt()) * step,
             flow_gain_share: of(FlowCurve::share(curve)),
-            // As a mean over little flow it may exceed every departure.
-            mean_departure: of(curve.common).limit(-CURVE_DEPARTURE, CURVE_DEPARTURE),
+            mean_departure: of(curve.common),
             time: of(memory.time),
             sensor_offset: of(curve.sensor),
             null_time: of(memory.null_time),

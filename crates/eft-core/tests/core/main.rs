@@ -13,6 +13,7 @@ mod learning;
 mod lost_motion;
 mod lost_samples;
 mod lost_valve_command;
+mod own_calibration;
 mod piecewise;
 mod protection;
 mod publication;

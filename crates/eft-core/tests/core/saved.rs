@@ -2,7 +2,7 @@
 
 use eft_core::{
     Calibration, Channel, Deviations, Input, Learner, LearnerState, Learning, Parameters, Realization,
-    SavedCalibration, status,
+    SavedCalibration, SavedEvidence, status,
 };
 
 use crate::rig::{self, Valve, refused};
@@ -213,6 +213,35 @@ fn a_wrong_start_is_replaced_like_any_evidence() {
     assert!((first.flow_gain - 1.2).abs() < 0.01 && (first.valve_gain - 0.9).abs() < 0.01, "{first:?}");
     assert!((last.flow_gain - 1.06).abs() < 0.01 && (last.valve_gain - 1.03).abs() < 0.01, "{last:?}");
     assert!((last.response_delay - saved.response_delay).abs() < 1e-4, "{last:?}");
+}
+
+/// The largest sums that are accepted delay new evidence, and do not stop it.
+#[test]
+fn the_largest_sums_are_forgotten() {
+    let (_, saved) = learned();
+    let mut largest = SavedCalibration { flow_gain: 1.2, ..saved };
+    for evidence in [
+        |e: &mut SavedEvidence, most: f64| e.rate_flow = most,
+        |e: &mut SavedEvidence, most: f64| e.flow_rate = most,
+        |e: &mut SavedEvidence, most: f64| e.flow = most,
+        |e: &mut SavedEvidence, most: f64| e.rate_flow_rate = most,
+    ] {
+        // The largest value that is accepted.
+        let learner = Learner::<f64, 21>::new(&BESIDE).unwrap();
+        let (mut accepted, mut refused) = (0.0, 1.0e9);
+        for _ in 0..60 {
+            let middle = 0.5 * (accepted + refused);
+            largest.evidence = saved.evidence;
+            evidence(&mut largest.evidence, middle);
+            if learner.start_from(&largest).is_ok() { accepted = middle } else { refused = middle }
+        }
+        assert!(accepted > 0.0);
+        largest.evidence = saved.evidence;
+        evidence(&mut largest.evidence, accepted);
+        let found = Bench::start(&BESIDE, &largest).swing(8.0, false);
+        let last = found.last().unwrap();
+        assert!((last.flow_gain - TRUE.flow_gain).abs() < 0.02, "{accepted}: {last:?}");
+    }
 }
 
 #[test]

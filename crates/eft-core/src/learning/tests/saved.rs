@@ -4,6 +4,7 @@
 
 use super::*;
 use crate::compensation::{NODES, PIECES};
+use crate::error::ConfigError;
 use crate::learning::Learner;
 use crate::learning::checkpoint::Evidence;
 use crate::learning::deviation::Deviation;
@@ -280,6 +281,67 @@ fn a_departure_and_its_deviation_reach_a_fifth_of_their_flow() {
             }
         }
     }
+}
+
+/// No sum of products exceeds the root of its two sums of squares. The largest flow is four times the table's, times the
+/// highest flow gain where it is measured. The low-passes of 13 Hz limit its rate.
+#[test]
+fn no_mean_exceeds_what_the_largest_signals_give() {
+    let corner = core::f64::consts::TAU * 13.0;
+    let predicted = 4.0 * 536.2 * 1.6387064e-5;
+    let measured = 1.35 * predicted;
+    // Over the root mean square of the opening.
+    let (most, frequency) = ((7.0_f64 / 0.3).sqrt(), 30.0);
+    let refused = |name: &str, bound: f64, change: &dyn Fn(&mut SavedCalibration, f64)| {
+        for (share, expected) in [(0.999, true), (1.003, false)] {
+            let mut changed = saved();
+            change(&mut changed, share * bound);
+            let started = learner().start_from(&changed);
+            let found = match started {
+                Ok(_) => true,
+                Err(ConfigError::OutOfRange { parameter, .. }) => {
+                    assert_eq!(parameter, name);
+                    false
+                }
+                Err(other) => panic!("{name}: {other:?}"),
+            };
+            assert_eq!(found, expected, "{name}: {share}");
+        }
+    };
+    refused("calibration.excitation", 4.0 * 0.25 + 1.5e-3 + 5e-5, &|s, value| s.excitation = value);
+    refused("calibration.evidence.mean_square_frequency", 1e6, &|s, value| {
+        s.evidence.mean_square_frequency = value;
+    });
+    refused("calibration.evidence.growth", frequency, &|s, value| s.evidence.growth = value);
+    refused("calibration.evidence.flow", most * predicted, &|s, value| s.evidence.flow = value);
+    refused("calibration.evidence.rate_flow", frequency * most * predicted, &|s, value| {
+        s.evidence.rate_flow = -value;
+    });
+    refused("calibration.evidence.flow_rate", corner * most * measured, &|s, value| {
+        s.evidence.flow_rate = -value;
+    });
+    refused("calibration.evidence.rate_flow_rate", frequency * corner * most * measured, &|s, value| {
+        s.evidence.rate_flow_rate = value;
+    });
+    refused("calibration.evidence.compressed_flow", most * measured, &|s, value| {
+        s.evidence.compressed_flow = value;
+    });
+    refused("calibration.evidence.flow_error", predicted + measured, &|s, value| {
+        s.evidence.flow_error = value;
+    });
+    refused("calibration.evidence.spool_error", 2.0 * 2.25, &|s, value| s.evidence.spool_error = value);
+    refused("calibration.evidence.distances.flow_gain", 10.0 * 2.05, &|s, value| {
+        s.evidence.distances.flow_gain = value;
+    });
+    refused("calibration.evidence.distances.velocity_delay", 10.0 * 15e-3, &|s, value| {
+        s.evidence.distances.velocity_delay = value;
+    });
+    refused("calibration.evidence.distances.null_offset", 10.0 * 0.1, &|s, value| {
+        s.evidence.distances.null_offset = value;
+    });
+    refused("calibration.curve.error", predicted + measured, &|s, value| s.curve.error = value);
+    refused("calibration.curve.sensor_offset", 2.0 * 2.25, &|s, value| s.curve.sensor_offset = -value);
+    refused("calibration.curve.mean_departure", 0.2, &|s, value| s.curve.mean_departure = value);
 }
 
 #[test]
