@@ -366,7 +366,8 @@ EFT_NODISCARD uint8_t eft_missed_f32(const eft_channel_f32 *channel, const eft_s
     eft_output_f32 *output);
 
 // Gives a calibration to the tick. The calibration from window k takes effect with the first tick of window k + 2. A
-// later one takes effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE.
+// later one takes effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE. One from a window
+// that has not begun is of another test, and has no effect.
 EFT_NODISCARD uint8_t eft_publish_f32(const eft_channel_f32 *channel, eft_state_f32 *state,
     const eft_calibration_f32 *calibration);
 

@@ -205,7 +205,8 @@ functions! {
     }
 
     /// Gives a calibration to the tick. The calibration from window k takes effect with the first tick of window k + 2.
-    /// A later one takes effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE.
+    /// A later one takes effect with the next window, and until then each tick raises EFT_CALIBRATION_LATE. One from a
+    /// window that has not begun is of another test, and has no effect.
     fn eft_publish_f32 eft_publish_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, calibration: *const eft_calibration<T>) {
         let state = &mut *made(state)?.state.get();
         made(channel)?.publish(state, made(calibration)?);

@@ -46,13 +46,18 @@ impl<T: Real, const N: usize> Channel<T, N> {
 
     /// Gives a calibration to the tick. Call it in the tick's context, between two ticks. The calibration of window k
     /// takes effect at the first tick of window k + 2. A later one takes effect at the start of the next window. Until
-    /// the learner has caught up every tick raises [`status::CALIBRATION_LATE`].
+    /// the learner has caught up every tick raises [`status::CALIBRATION_LATE`]. A calibration of a window that has not
+    /// begun is of another test, and has no effect.
     ///
     /// # Cost
     /// A copy of the calibration. With a plausibility watch there is a second copy each half second.
     #[inline(always)]
     pub fn publish(&self, state: &mut ChannelState<T>, calibration: impl Borrow<Calibration<T>>) {
         let calibration: &Calibration<T> = calibration.borrow();
+        // The numbers wrap, so half of them are behind the present one.
+        if state.window.number.wrapping_sub(calibration.window) > u32::MAX / 2 {
+            return;
+        }
         // This calibration is from the window that has just closed. An earlier unused one takes effect now.
         if state.ticks_left == 0 && calibration.window == state.window.number {
             state.begin_window(self.window_ticks);

@@ -2,8 +2,8 @@
 //! run inline, or in a task that takes up to a whole window.
 
 use eft_core::{
-    Calibration, Channel, ChannelState, Learner, LearnerState, Learning, Output, Parameters, Realization,
-    status,
+    Calibration, Cause, Channel, ChannelState, Input, Learner, LearnerState, Learning, Output, Parameters,
+    ProtectionParameters, Realization, status,
 };
 
 use crate::rig::{self, SOUND, Valve};
@@ -155,4 +155,48 @@ fn priming_keeps_what_was_learned_and_is_not_late() {
         }
     }
     assert!((at_once.state.calibration().valve_gain - 1.03).abs() < 0.02);
+}
+
+/// A channel that begins anew while the learner's task still has a window of the last test.
+#[test]
+fn a_calibration_of_the_last_test_has_no_effect_on_the_next() {
+    let p = Parameters {
+        realization: Realization::Digital,
+        learning: Learning { curve_correction: true, ..Learning::ADAPTIVE },
+        protection: Some(ProtectionParameters::DEFAULT),
+        ..rig::LEARNING
+    };
+    let channel = Channel::<f64, 21>::new(&p).unwrap();
+    let learner = Learner::<f64, 21>::new(&p).unwrap();
+    let valve = Valve { flow_gain: 1.06, valve_gain: 1.03, delay: 6e-3 };
+    let sample = |tick: u32| Input { displacement: 0.0, ..valve.swing(f64::from(tick) / 4096.0, 0.0) };
+    let (mut state, mut memory) = (channel.at_rest(), learner.at_rest());
+    let mut last = *state.calibration();
+    for tick in 0..2 * 4096 {
+        if let Some(window) = rig::tick(&channel, &mut state, &sample(tick)).window {
+            last = learner.update(&mut memory, &window);
+            channel.publish(&mut state, last);
+        }
+    }
+    assert!((last.flow_gain - 1.06).abs() < 0.02 && last.window > 500, "{last:?}");
+    for late in 0..=channel.window_ticks() {
+        let ([mut state, mut undisturbed], mut memory) = ([channel.at_rest(); 2], learner.at_rest());
+        let mut ready = None;
+        for tick in 0..4 * channel.window_ticks() {
+            let out = rig::tick(&channel, &mut state, &sample(tick));
+            assert_eq!(out, rig::tick(&channel, &mut undisturbed, &sample(tick)), "{late}: {tick}");
+            if tick == late {
+                channel.publish(&mut state, last);
+            }
+            // A task that takes three ticks.
+            if let Some(window) = out.window {
+                ready = Some((tick + 3, learner.update(&mut memory, &window)));
+            }
+            if let Some((_, found)) = ready.take_if(|(at, _)| *at <= tick) {
+                channel.publish(&mut state, found);
+                channel.publish(&mut undisturbed, found);
+            }
+        }
+        assert_eq!(state.cause(), Cause::None, "{late}");
+    }
 }
