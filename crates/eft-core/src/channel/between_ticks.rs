@@ -54,20 +54,21 @@ impl<T: Real, const N: usize> Channel<T, N> {
     #[inline(always)]
     pub fn publish(&self, state: &mut ChannelState<T>, calibration: impl Borrow<Calibration<T>>) {
         let calibration: &Calibration<T> = calibration.borrow();
+        let mut age = state.window.number.wrapping_sub(calibration.window);
         // The numbers wrap, so half of them are behind the present one.
-        if state.window.number.wrapping_sub(calibration.window) > u32::MAX / 2 {
+        if age > u32::MAX / 2 {
             return;
         }
         // This calibration is from the window that has just closed. An earlier unused one takes effect now.
-        if state.ticks_left == 0 && calibration.window == state.window.number {
+        if state.ticks_left == 0 && age == 0 {
             state.begin_window(self.window_ticks);
+            age = 1;
         }
         let slot = state.in_use.slot.other();
         slot.put(&mut state.calibrations, calibration);
         if self.plausibility.is_some() {
             state.history.record(calibration);
         }
-        let age = state.window.number.wrapping_sub(calibration.window);
         let late = if age > 1 { status::CALIBRATION_LATE } else { 0 };
         state.next = CalibrationChoice { slot, flags: calibration.status | late };
         state.windows_left = self.age_limit.saturating_sub(age);
