@@ -203,6 +203,13 @@ impl<S: Scalar, const N: usize> Controller<S, N> {
         self.repeat_last(state, S::flag(S::Mask::splat(true), status::HELD), |compensation| compensation)
     }
 
+    /// Brings the last valve command of another configuration within the limit, for samples that repeat it.
+    pub(crate) fn take_over(&self, state: &mut ControllerState<S>) {
+        if self.realization == Realization::Digital {
+            state.valve_command = self.limiter.within(state.valve_command);
+        }
+    }
+
     /// The calibration of the configuration, which is the paper's scheme.
     #[inline(always)]
     pub fn nominal(&self) -> Calibration<S> {

@@ -506,9 +506,11 @@ typedef struct eft_windows_f32 { eft_window_f32 copies[2]; uint32_t offered; uin
 typedef struct eft_calibrations_f32 { eft_calibration_f32 copies[2]; uint32_t offered; uint32_t taken;
     } eft_calibrations_f32;
 
-// Continues a state under a new configuration of the same sample rate, without a jump. Call it after eft_take_channel
-// for each state. The calibration stays in use until the new learner publishes, unless the new configuration learns
-// nothing. It keeps 1/(G_p*K_s) of its own configuration, so change these gains at rest or while nothing is learned.
+// Continues a state under a new configuration of the same sample rate, without a jump unless the last valve command is
+// beyond the new limit. Call it after eft_take_channel for each state. An estimate of the velocity from another source
+// starts at rest from the next displacement, so change the source at rest. The calibration stays in use until the new
+// learner publishes, unless the new configuration learns nothing. It keeps 1/(G_p*K_s) of its own configuration, so
+// change these gains at rest or while nothing is learned.
 EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
 // Offers a configuration to the interrupt. Returns EFT_BUSY until the last one is taken.

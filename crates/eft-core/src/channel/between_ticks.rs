@@ -65,13 +65,13 @@ impl<T: Real, const N: usize> Channel<T, N> {
             age = 1;
         }
         let slot = state.in_use.slot.other();
+        let late = if age > 1 { status::CALIBRATION_LATE } else { 0 };
+        state.next = CalibrationChoice { slot, flags: calibration.status | late };
+        state.windows_left = self.age_limit.saturating_sub(age);
         slot.put(&mut state.calibrations, calibration);
         if self.plausibility.is_some() {
             state.history.record(calibration);
         }
-        let late = if age > 1 { status::CALIBRATION_LATE } else { 0 };
-        state.next = CalibrationChoice { slot, flags: calibration.status | late };
-        state.windows_left = self.age_limit.saturating_sub(age);
     }
 
     /// Repeats the last output and raises [`status::HELD`]; the state stays. For several ticks call
@@ -126,12 +126,17 @@ impl<T: Real, const N: usize> Channel<T, N> {
         (state.ticks_left, state.window) = (self.window_ticks, Window::first(state.window.number));
     }
 
-    /// Continues a state under another configuration of the same sample rate, without a bump. If this configuration
-    /// learns nothing, its calibration is used at once. Otherwise the one in use stays until the new learner publishes.
-    /// The lead network of a learned calibration contains `1/(G_p·K_s)` of its own configuration. If this product
-    /// changes, the compensation is too large or too small by the ratio until then. Change these gains at rest, or
-    /// while nothing is learned.
+    /// Continues a state under another configuration of the same sample rate, without a bump unless the last valve
+    /// command is beyond the new limit. An estimate of the velocity from another source starts at rest from the next
+    /// displacement, so change the source at rest. If this configuration learns nothing, its calibration is used at
+    /// once. Otherwise the one in use stays until the new learner publishes. The lead network of a learned calibration
+    /// contains `1/(G_p·K_s)` of its own configuration. If this product changes, the compensation is too large or too
+    /// small by the ratio until then. Change these gains at rest, or while nothing is learned.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
+        self.controller.take_over(&mut state.controller);
+        if !self.velocity.has_estimate(&state.velocity) {
+            state.velocity_gap = NEVER;
+        }
         if !self.learns {
             let ChannelState { controller, velocity, velocity_gap, protection, plausibility, stuck, .. } =
                 *state;

@@ -88,6 +88,7 @@ impl<T: Real> Velocity<T> {
             Some(ticks) => observer.resumed(&before.observer, x, ticks),
             None => observer.at_rest(x, acceleration),
         };
+        let of_observer = |observer| VelocityState { observer, ..VelocityState::default() };
         match self {
             Self::Sensor => *before,
             Self::Derivative(derivative) => {
@@ -95,14 +96,19 @@ impl<T: Real> Velocity<T> {
                     Some(ticks) => derivative.resumed(&before.derivative, x, ticks),
                     None => derivative.at_rest(x),
                 };
-                VelocityState { derivative, ..*before }
+                VelocityState { derivative, ..VelocityState::default() }
             }
-            Self::Observer(observer, per_mass) => {
-                VelocityState { observer: observed(observer, input.force * *per_mass), ..*before }
-            }
-            Self::Accelerometer(observer) => {
-                VelocityState { observer: observed(observer, input.acceleration), ..*before }
-            }
+            Self::Observer(observer, per_mass) => of_observer(observed(observer, input.force * *per_mass)),
+            Self::Accelerometer(observer) => of_observer(observed(observer, input.acceleration)),
+        }
+    }
+
+    /// Whether this source has an estimate in the state: that of another one is none.
+    pub(crate) fn has_estimate(&self, state: &VelocityState<T>) -> bool {
+        match self {
+            Self::Sensor => false,
+            Self::Derivative(_) => state.derivative != FilteredDerivativeState::default(),
+            Self::Observer(..) | Self::Accelerometer(_) => state.observer != VelocityObserverState::default(),
         }
     }
 
