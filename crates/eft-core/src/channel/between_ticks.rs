@@ -134,7 +134,7 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// small by the ratio until then. Change these gains at rest, or while nothing is learned.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
         self.controller.take_over(&mut state.controller);
-        if !self.velocity.has_estimate(&state.velocity) {
+        if !self.velocity.take_over(&mut state.velocity) {
             state.velocity_gap = NEVER;
         }
         if !self.learns {

@@ -88,7 +88,6 @@ impl<T: Real> Velocity<T> {
             Some(ticks) => observer.resumed(&before.observer, x, ticks),
             None => observer.at_rest(x, acceleration),
         };
-        let of_observer = |observer| VelocityState { observer, ..VelocityState::default() };
         match self {
             Self::Sensor => *before,
             Self::Derivative(derivative) => {
@@ -96,20 +95,26 @@ impl<T: Real> Velocity<T> {
                     Some(ticks) => derivative.resumed(&before.derivative, x, ticks),
                     None => derivative.at_rest(x),
                 };
-                VelocityState { derivative, ..VelocityState::default() }
+                VelocityState { derivative, ..*before }
             }
-            Self::Observer(observer, per_mass) => of_observer(observed(observer, input.force * *per_mass)),
-            Self::Accelerometer(observer) => of_observer(observed(observer, input.acceleration)),
+            Self::Observer(observer, per_mass) => {
+                VelocityState { observer: observed(observer, input.force * *per_mass), ..*before }
+            }
+            Self::Accelerometer(observer) => {
+                VelocityState { observer: observed(observer, input.acceleration), ..*before }
+            }
         }
     }
 
-    /// Whether this source has an estimate in the state: that of another one is none.
-    pub(crate) fn has_estimate(&self, state: &VelocityState<T>) -> bool {
-        match self {
-            Self::Sensor => false,
-            Self::Derivative(_) => state.derivative != FilteredDerivativeState::default(),
-            Self::Observer(..) | Self::Accelerometer(_) => state.observer != VelocityObserverState::default(),
-        }
+    /// Keeps the estimate of this source in a state of another configuration, and says whether there is one.
+    pub(crate) fn take_over(&self, state: &mut VelocityState<T>) -> bool {
+        let none = VelocityState::default();
+        *state = match self {
+            Self::Sensor => none,
+            Self::Derivative(_) => VelocityState { derivative: state.derivative, ..none },
+            Self::Observer(..) | Self::Accelerometer(_) => VelocityState { observer: state.observer, ..none },
+        };
+        *state != none
     }
 
     /// Goes over `gap` lost ticks before a valid displacement (m), so that its change does not count as that of one
