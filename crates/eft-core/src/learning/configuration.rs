@@ -25,6 +25,8 @@ const LONGEST_DELAY: f64 = 10.0;
 const LONGEST_LAG: f64 = 524_288.0;
 /// Least intended number of windows per second (Hz).
 const WINDOW_RATE: f64 = 200.0;
+/// Largest ratio (1) of flow gain and greatest flow of the table, and of their inverse.
+const FLOW_GAIN_REACH: f64 = 1.0e3;
 /// Ticks of the shortest window.
 const SHORTEST: u32 = 8;
 /// Lowest sample rate (Hz) of the learner. Below it there are too few windows for its filters.
@@ -110,8 +112,9 @@ macro_rules! constructor {
             /// From the rig's parameters.
             ///
             /// # Errors
-            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz; a `lead_alpha`
-            /// with which the lead network's lag at the longest delay exceeds 524,288 samples.
+            /// A parameter that is not finite or out of its range, by name; a sample rate below 200 Hz; a flow gain of
+            /// more than 1,000 times the table's greatest flow, or less than a thousandth of it; a `lead_alpha` with
+            /// which the lead network's lag at the longest delay exceeds 524,288 samples.
             pub const fn new(p: &Parameters) -> Result<Self, ConfigError> {
                 check!(within("sample_rate", p.sample_rate, LOWEST_RATE, LARGEST));
                 let l = &p.learning;
@@ -160,6 +163,13 @@ macro_rules! constructor {
                 // Made before the learner, which is then built in its place: the stack holds no second learner.
                 let mut model = FlowModel::<$t, N>::EMPTY;
                 check!(model.fill(p));
+                let greatest = p.greatest_flow();
+                check!(within(
+                    "flow_gain",
+                    flow_gain,
+                    greatest / FLOW_GAIN_REACH,
+                    greatest * FLOW_GAIN_REACH
+                ));
                 Ok(Self {
                     adapts: l.adaptive,
                     corrects: l.adaptive && l.curve_correction && !matches!(p.mode, Mode::Linear),

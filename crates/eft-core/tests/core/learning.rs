@@ -184,6 +184,20 @@ fn nothing_is_learned_for_a_tenth_of_a_second_after_lost_samples_and_windows() {
     }
 }
 
+/// In another unit it differs by much more, and the squares of a smaller one would overflow in `f32`.
+#[test]
+fn a_flow_gain_far_from_the_flow_table_is_refused() {
+    let greatest = 536.2 * rig::IN3;
+    for (share, expected) in [(0.9e-3, false), (1.1e-3, true), (0.9e3, true), (1.1e3, false), (1e-9, false)] {
+        let p = Parameters { flow_gain: share * greatest, ..rig::LEARNING };
+        let made = Learner::<f32, 21>::new(&p);
+        assert_eq!(rig::refused(made), if expected { "accepted" } else { "flow_gain" }, "{share}");
+        // The linear scheme has no table.
+        let p = Parameters { mode: eft_core::Mode::Linear, ..p };
+        assert!(Learner::<f32, 21>::new(&p).is_ok(), "{share}");
+    }
+}
+
 #[test]
 fn impossible_learning_parameters_are_refused_by_name() {
     let l = Learning::ADAPTIVE;
