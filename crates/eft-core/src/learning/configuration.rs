@@ -25,8 +25,9 @@ const LONGEST_DELAY: f64 = 10.0;
 const LONGEST_LAG: f64 = 524_288.0;
 /// Least intended number of windows per second (Hz).
 const WINDOW_RATE: f64 = 200.0;
-/// Largest ratio (1) of flow gain and greatest flow of the table, and of their inverse.
-const FLOW_GAIN_REACH: f64 = 1.0e3;
+/// Least and largest ratio (1) of the flow gain to the table's greatest flow.
+const LEAST_FLOW_GAIN: f64 = 1.0e-3;
+const LARGEST_FLOW_GAIN: f64 = 1.0e3;
 /// Ticks of the shortest window.
 const SHORTEST: u32 = 8;
 /// Lowest sample rate (Hz) of the learner. Below it there are too few windows for its filters.
@@ -167,8 +168,8 @@ macro_rules! constructor {
                 check!(within(
                     "flow_gain",
                     flow_gain,
-                    greatest / FLOW_GAIN_REACH,
-                    greatest * FLOW_GAIN_REACH
+                    LEAST_FLOW_GAIN * greatest,
+                    LARGEST_FLOW_GAIN * greatest
                 ));
                 Ok(Self {
                     adapts: l.adaptive,
