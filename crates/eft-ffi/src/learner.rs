@@ -121,8 +121,8 @@ functions! {
         }
     }
 
-    /// Makes the calibration of the learner's present estimates, for eft_reset_with. Before anything is learned the channel
-    /// then starts as after eft_reset.
+    /// Makes the calibration of the learner's present estimates, for eft_reset_with. Before anything is learned the
+    /// channel then starts as after eft_reset.
     fn eft_first_calibration_f32 eft_first_calibration_f64(learner: *const eft_learner<T>, state: *const eft_learner_state<T>, calibration: *mut eft_calibration<T>) {
         let (core, state) = (made(learner)?, made(state)?);
         make(calibration, core.first_calibration(state))

@@ -101,9 +101,9 @@ impl<T: Real, const N: usize> Learner<T, N> {
     }
 
     /// The calibration of the present estimates, for [`Channel::at_rest_with`](crate::Channel::at_rest_with) after
-    /// [`start_from`](Self::start_from). Without evidence it has the configured lead network: that of a learner at rest is
-    /// the [nominal](Calibration::nominal) one, bit for bit. The known delay of the velocity then counts from the first
-    /// [`update`](Self::update) on.
+    /// [`start_from`](Self::start_from). Without evidence it has the configured lead network: that of a learner at
+    /// rest is the [nominal](Calibration::nominal) one, bit for bit. The known delay of the velocity then counts
+    /// from the first [`update`](Self::update) on.
     pub fn first_calibration(&self, state: &LearnerState<T>) -> Calibration<T> {
         let zero = T::splat(0.0);
         let square = self.valve.mean_square_frequency(&state.evidence.valve);

@@ -1,5 +1,5 @@
-//! Which saved calibrations a learner can have saved. One list of ranges serves both: what is saved is limited to them, and
-//! what is read is refused beyond them.
+//! Which saved calibrations a learner can have saved. One list of ranges serves both: what is saved is limited to
+//! them, and what is read is refused beyond them.
 
 use super::{SavedCalibration, SavedCurve, SavedDistances, SavedEvidence};
 use crate::compensation::{Deviations, FIRST_NODE, PIECES};
@@ -130,16 +130,16 @@ impl<T: Real, const N: usize> Learner<T, N> {
 
 /// The largest signals of the accepted windows, in the estimators' band.
 struct Reach {
-    /// Flow (m³/s) that the table predicts, and flow in the actuator. The gate accepts no window in which they differ by much
-    /// more than the flow gain.
+    /// Flow (m³/s) that the table predicts, and flow in the actuator. The gate accepts no window in which they
+    /// differ by much more than the flow gain.
     predicted: f64,
     measured: f64,
     /// Difference (1) between the spool's reading and the commanded opening times the spool's gain.
     spool: f64,
 }
 
-/// `all` is the evidence (s). No sum of products exceeds the root of the two sums of squares (Cauchy and Schwarz), of which one is
-/// at most the largest signal squared times the remembered time.
+/// `all` is the evidence (s). No sum of products exceeds the root of the two sums of squares (Cauchy and Schwarz),
+/// of which one is at most the largest signal squared times the remembered time.
 fn visit_evidence(
     e: &mut SavedEvidence,
     all: f64,

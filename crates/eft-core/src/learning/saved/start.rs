@@ -18,9 +18,9 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// [`at_rest`](Self::at_rest). New windows replace the evidence like any other.
     ///
     /// # Errors
-    /// Another version; a flow table with another greatest flow; an estimate beyond the learner's bounds; a mean beyond
-    /// that of the largest signals, or that no motion has; means whose standard deviations are not finite; a departure of
-    /// more than a fifth of its flow. Each by name.
+    /// Another version; a flow table with another greatest flow; an estimate beyond the learner's bounds; a mean
+    /// beyond that of the largest signals, or that no motion has; means whose standard deviations are not finite; a
+    /// departure of more than a fifth of its flow. Each by name.
     pub fn start_from(&self, saved: &SavedCalibration) -> Result<LearnerState<T>, ConfigError> {
         let mut state = self.at_rest();
         self.check(saved)?;

@@ -283,8 +283,8 @@ fn a_departure_and_its_deviation_reach_a_fifth_of_their_flow() {
     }
 }
 
-/// No sum of products exceeds the root of its two sums of squares. The largest flow is four times the table's, times the
-/// highest flow gain where it is measured. The low-passes of 13 Hz limit its rate.
+/// No sum of products exceeds the root of its two sums of squares. The largest flow is four times the table's, times
+/// the highest flow gain where it is measured. The low-passes of 13 Hz limit its rate.
 #[test]
 fn no_mean_exceeds_what_the_largest_signals_give() {
     let corner = core::f64::consts::TAU * 13.0;
