@@ -39,9 +39,8 @@ impl SimulateOptions {
     /// A step that is not positive and finite, or so small that a tick would need more than a million steps.
     pub(crate) fn steps(&self, sample_rate: f64) -> Result<u32> {
         let allowed = "must be positive, and no less than a millionth of the sample period";
-        if !(self.largest_step > 0.0 && self.largest_step.is_finite()) {
-            return Err(Error::value("largest_step", self.largest_step, allowed));
-        }
+        let sound = self.largest_step > 0.0 && self.largest_step.is_finite();
+        checks::require(sound, "largest_step", self.largest_step, allowed)?;
         // By rounding, the quotient may be slightly above a whole number.
         let steps = (1.0 / (sample_rate * self.largest_step) - 1e-9).ceil().max(1.0);
         checks::require(steps <= 1e6, "largest_step", self.largest_step, allowed)?;

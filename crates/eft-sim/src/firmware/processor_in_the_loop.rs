@@ -10,6 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 pub use crate::closed_loop::ExternalOutput;
+use crate::checks;
 use crate::closed_loop::{SimulateOptions, Specimen, TestRun, simulate_controlled};
 use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};
@@ -66,15 +67,12 @@ pub fn run_with(
 /// Refuses a rig whose controller cannot run in firmware.
 fn check(rig: &RigConfig) -> Result<()> {
     exportable(rig)?;
-    if rig.protection.enabled && rig.protection.soft_end {
-        let allowed = "must be false with the processor in the loop, which does not know the end";
-        return Err(Error::value("protection.soft_end", true, allowed));
-    }
-    if rig.controller.realization != Realization::Digital {
-        let allowed = "must be \"digital\" with the processor in the loop";
-        return Err(Error::value("controller.realization", "\"analog\"", allowed));
-    }
-    Ok(())
+    let ends_softly = rig.protection.enabled && rig.protection.soft_end;
+    let allowed = "must be false with the processor in the loop, which does not know the end";
+    checks::require(!ends_softly, "protection.soft_end", true, allowed)?;
+    let is_digital = rig.controller.realization == Realization::Digital;
+    let allowed = "must be \"digital\" with the processor in the loop";
+    checks::require(is_digital, "controller.realization", "\"analog\"", allowed)
 }
 
 /// Runs `command` with the firmware `image` on QEMU's `machine` ("mps2-an386", "mps2-an500") as the

@@ -142,10 +142,9 @@ pub fn fine_tune(
 fn check_plausible(signals: TestSignals<'_>) -> Result<()> {
     let TestSignals { command, force, velocity } = signals;
     let power: f64 = force.iter().zip(velocity).map(|(f, v)| f * v).sum();
-    if power <= 0.0 && velocity.iter().any(|v| *v != 0.0) {
-        let allowed = "must take power from the force: one of the two has the wrong sign";
-        return Err(Error::value("velocity", "against the force", allowed));
-    }
+    let resists = power <= 0.0 && velocity.iter().any(|v| *v != 0.0);
+    let allowed = "must take power from the force: one of the two has the wrong sign";
+    checks::require(!resists, "velocity", "against the force", allowed)?;
     let square = |signal: &[f64]| signal.iter().map(|x| x * x).sum::<f64>();
     let factor = (square(force) / square(command)).sqrt();
     let is_plausible = (1.0 / LARGEST_FACTOR..LARGEST_FACTOR).contains(&factor);

@@ -115,8 +115,7 @@ fn check_excitation(force: &[f64], sample_rate: f64) -> Result<()> {
     let (low, high) = OIL_BAND;
     let allowed =
         format!("must be {LEAST_EXCITATION} times from {low} to {high} Hz: run a sweep to {high} Hz");
-    checks::require(ratio >= LEAST_EXCITATION, "force", found, allowed)?;
-    Ok(())
+    checks::require(ratio >= LEAST_EXCITATION, "force", found, allowed)
 }
 
 /// The latency of the spool's sensor, the valve's delay and its pilot time constant, by Gauss–Newton steps.

@@ -73,9 +73,8 @@ pub fn identify_load_cell(
     mass_uncertainty: f64,
 ) -> Result<LoadCellEstimate> {
     check_signals(signals, sample_rate)?;
-    if !(gain_uncertainty > 0.0 && gain_uncertainty <= 1.0) {
-        return Err(Error::value("gain_uncertainty", gain_uncertainty, "must be above 0 and at most 1"));
-    }
+    let sound = gain_uncertainty > 0.0 && gain_uncertainty <= 1.0;
+    checks::require(sound, "gain_uncertainty", gain_uncertainty, "must be above 0 and at most 1")?;
     let allowed = "must be from 0 to 1";
     checks::require((0.0..=1.0).contains(&mass_uncertainty), "mass_uncertainty", mass_uncertainty, allowed)?;
     let low = check_specimen(rig)?;
@@ -120,16 +119,15 @@ fn check_signals(signals: SpecimenSignals<'_>, sample_rate: f64) -> Result<()> {
 /// The lowest frequency (Hz) of the inertia's band, for a structure that has one.
 fn check_specimen(rig: &RigConfig) -> Result<f64> {
     let (structure, actuator) = (&rig.structure, &rig.actuator);
-    if structure.kind == StructureKind::ShearBuilding {
-        let allowed = "must have one story, whose mass the force accelerates alone";
-        return Err(Error::value("structure.kind", "\"shear_building\"", allowed));
-    }
+    let is_building = structure.kind == StructureKind::ShearBuilding;
+    let allowed = "must have one story, whose mass the force accelerates alone";
+    checks::require(!is_building, "structure.kind", "\"shear_building\"", allowed)?;
     let allowed = "must be absent, because its force is not proportional to the velocity";
     checks::require(structure.power_damper.is_none(), "structure.power_damper", "present", allowed)?;
-    if actuator.attachment_play > 0.0 && rig.sensors.motion_at == MotionAt::Piston {
-        let allowed = "must be 0 for a motion that is measured at the piston";
-        return Err(Error::value("actuator.attachment_play", actuator.attachment_play, allowed));
-    }
+    let play = actuator.attachment_play;
+    let is_measured = play > 0.0 && rig.sensors.motion_at == MotionAt::Piston;
+    let allowed = "must be 0 for a motion that is measured at the piston";
+    checks::require(!is_measured, "actuator.attachment_play", play, allowed)?;
     let natural = (structure.stiffness / structure.mass).sqrt() / TAU;
     let low = INERTIA_BAND.0.max(ABOVE_RESONANCE * natural);
     let allowed = format!("must be below {} Hz for this test", INERTIA_BAND.1 / ABOVE_RESONANCE);

@@ -1,7 +1,7 @@
 //! The metrics of a test, force and motion: the same for a run, a batch and a study.
 
 use super::norms::Norms;
-use super::pair::not_silent;
+use super::pair::{not_silent, same_length};
 use super::table::Metrics;
 use crate::closed_loop::{SimulateOptions, ideal_responses};
 use crate::config::RigConfig;
@@ -104,15 +104,11 @@ pub fn rows(
 ) -> Result<Vec<Metrics>> {
     crate::checks::sample_rate("sample_rate", sample_rate)?;
     for actuator in actuators {
-        let length = actuator.command.len();
         for (name, signal) in
             [("force", actuator.force), ("displacement", actuator.displacement), ("spool", actuator.spool)]
         {
             crate::checks::signal(name, signal)?;
-            if signal.len() != length {
-                let allowed = format!("must have the command's {length} samples");
-                return Err(crate::Error::value(name, format!("{} samples", signal.len()), allowed));
-            }
+            same_length(name, signal, actuator.command)?;
         }
     }
     judge(rig, sample_rate, &summed(rig, actuators), costly, false)

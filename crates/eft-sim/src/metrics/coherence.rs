@@ -2,7 +2,7 @@
 
 use super::pair::{check, in_range};
 use crate::checks;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::fourier::{Complex64, spectrum};
 use std::f64::consts::TAU;
 
@@ -32,10 +32,9 @@ pub fn coherence(command: &[f64], measured: &[f64], sample_rate: f64, segment: u
     check(command, measured)?;
     checks::sample_rate("sample_rate", sample_rate)?;
     let hop = segment - segment / 2;
-    if segment < 2 || segment.saturating_add(hop) > command.len() {
-        let allowed = format!("must be at least 2 and leave two segments in {} samples", command.len());
-        return Err(Error::value("segment", segment, allowed));
-    }
+    let fits = segment >= 2 && segment.saturating_add(hop) <= command.len();
+    let allowed = format!("must be at least 2 and leave two segments in {} samples", command.len());
+    checks::require(fits, "segment", segment, allowed)?;
     let window: Vec<f64> =
         (0..segment).map(|i| 0.5 - 0.5 * (TAU * i as f64 / segment as f64).cos()).collect();
     let bins = segment / 2 + 1;
@@ -58,9 +57,8 @@ pub fn coherence(command: &[f64], measured: &[f64], sample_rate: f64, segment: u
         // By rounding, the ratio may exceed the limit of the Cauchy–Schwarz inequality.
         answer.coherence.push(if ratio > 1.0 { 1.0 } else { ratio });
     }
-    if answer.frequency.is_empty() {
-        return Err(Error::value("command, measured", "constant", "one frequency at least must be in both"));
-    }
+    let allowed = "one frequency at least must be in both";
+    checks::require(!answer.frequency.is_empty(), "command, measured", "constant", allowed)?;
     Ok(answer)
 }
 

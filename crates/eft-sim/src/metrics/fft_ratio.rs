@@ -80,11 +80,8 @@ pub fn fft_ratio(
 pub(super) fn check_band(sample_rate: f64, f_low: f64, f_high: f64) -> Result<()> {
     checks::within_nyquist("f_low", f_low, sample_rate)?;
     let nyquist = 0.5 * sample_rate;
-    if !(f_low..=nyquist).contains(&f_high) {
-        let allowed = format!("must lie within f_low = {f_low} Hz and half the sample rate, {nyquist} Hz");
-        return Err(Error::value("f_high", f_high, allowed));
-    }
-    Ok(())
+    let allowed = format!("must lie within f_low = {f_low} Hz and half the sample rate, {nyquist} Hz");
+    checks::require((f_low..=nyquist).contains(&f_high), "f_high", f_high, allowed)
 }
 
 #[cfg(test)]
