@@ -1,12 +1,9 @@
 //! The demands of a test on a rig, compared with the rig's capacity before the test.
 
-use eft_core::FlowTable;
-
 use crate::analysis::linear::{
     FlowGain, Time, designed_for, largest_stable_level, linearize, stability_margin_up_to,
 };
 use crate::closed_loop::{SimulateOptions, ideal_responses};
-use crate::config::TABLE_CAPACITY;
 use crate::config::{Mode, Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
@@ -152,8 +149,7 @@ fn demands_of(
     let (limited, rig) = (rig, rig.plant());
     let actuator = &rig.actuator;
     let valve = &rig.servovalve;
-    let table = valve.true_curve();
-    let curve = FlowTable::<f64, TABLE_CAPACITY>::new(&table.openings, &table.flows)?;
+    let curve = valve.true_curve().table()?;
     // Capacities in the pushing and in the pulling direction.
     let scale = valve.flow_gain_scale;
     let [pulling, pushing] = actuator.flow_factors().map(|factor| scale * factor);

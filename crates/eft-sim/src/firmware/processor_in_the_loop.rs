@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-pub use crate::closed_loop::ExternalOutput;
 use crate::checks;
+pub use crate::closed_loop::ExternalOutput;
 use crate::closed_loop::{SimulateOptions, Specimen, TestRun, simulate_controlled};
 use crate::config::{Realization, RigConfig};
 use crate::error::{Error, Result};

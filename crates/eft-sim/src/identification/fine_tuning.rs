@@ -8,13 +8,11 @@
 
 use std::f64::consts::TAU;
 
-use eft_core::FlowTable;
-
 use super::Estimate;
 use super::clipping::check_unclipped;
 use super::gaps::{check_whole, detrend};
 use crate::analysis::linear::valve_response;
-use crate::config::{Mode, Realization, RigConfig, StructureKind, TABLE_CAPACITY};
+use crate::config::{Mode, Realization, RigConfig, StructureKind};
 use crate::fourier::{Complex64, signal_of, spectrum};
 use crate::{Error, Result, checks};
 
@@ -265,8 +263,7 @@ impl Spectra {
         let (smooth_command, command_rate) =
             (to_time(scaled(&command, &one))?, to_time(scaled(&command, &rate))?);
 
-        let curve = rig.controller_curve();
-        let table = FlowTable::<f64, TABLE_CAPACITY>::new(&curve.openings, &curve.flows)?;
+        let table = rig.controller_curve().table()?;
         let actuator = &rig.actuator;
         let (area, stall) = (actuator.piston_area, actuator.piston_area * rig.supply.pressure);
         let further_flow =

@@ -25,7 +25,8 @@ pub(crate) struct LoadFlow<S: Num> {
 
 impl<S: Num> LoadFlow<S> {
     pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Result<Self> {
-        let curves = (0..S::LANES).map(|i| flow_table(rig(i))).collect::<Result<Vec<_>>>()?;
+        let curves =
+            (0..S::LANES).map(|i| rig(i).servovalve.true_curve().table()).collect::<Result<Vec<_>>>()?;
         Ok(Self {
             curve: FlowTable::pack(&|i| &curves[i]),
             scale: S::from_lanes(|i| rig(i).servovalve.flow_gain_scale),
@@ -83,15 +84,6 @@ impl<S: Num> LoadFlow<S> {
         let flow = self.factor * flow;
         (flow, ratio * flow.times_sign_of(opening))
     }
-}
-
-/// The true valve's flow curve in double precision.
-///
-/// # Errors
-/// The errors of the core, with the configuration's key.
-fn flow_table(rig: &RigConfig) -> Result<FlowTable<f64, TABLE_CAPACITY>> {
-    let table = rig.servovalve.true_curve();
-    Ok(FlowTable::<f64, TABLE_CAPACITY>::new(&table.openings, &table.flows)?)
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ impl Curve {
         let slope = 0.5 * (rest.shallower + rest.steeper);
         let stall = actuator.piston_area * Supply::<f64>::pack(&|_| plant).setting(0.0);
         Ok(Some(Self {
-            flow: FlowTable::<f64, TABLE_CAPACITY>::new(&curve.openings, &curve.flows)?,
+            flow: curve.table()?,
             per_flow: actuator.flow_factors().map(|factor| factor / slope),
             stall: [stall, actuator.area_ratio * stall],
         }))

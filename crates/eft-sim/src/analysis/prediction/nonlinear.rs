@@ -5,12 +5,10 @@
 //! Lap and friction follow the sign of a signal of the linear loop. An unknown overlap `Δ` takes the opening `Δ` from an open
 //! valve. Friction takes its force from a moving piston. The compensation is assumed to supply the flow of the motion.
 
-use eft_core::FlowTable;
-
 use crate::analysis::linear::{Complex, DMatrix, Disturbance, StateSpace, valve_response};
 use crate::analysis::prediction::curve::Curve;
 use crate::analysis::prediction::signals::{Signals, Spectrum, Transform, outputs};
-use crate::config::{Mode, Realization, RigConfig, TABLE_CAPACITY};
+use crate::config::{Mode, Realization, RigConfig};
 use crate::error::Result;
 
 /// Power beside that of an error that raises the error by a tenth (1).
@@ -51,8 +49,7 @@ impl Unknown {
         let plant = rig.plant();
         let valve = &plant.servovalve;
         let learns = rig.compensation.adaptive && rig.compensation.mode != Mode::Off;
-        let known = &rig.servovalve.flow_table;
-        let table = FlowTable::<f64, TABLE_CAPACITY>::new(&known.openings, &known.flows)?;
+        let table = rig.servovalve.flow_table.table()?;
         Ok(Self {
             // The slopes about rest are those of the loop with the known lap.
             curve: Curve::of(&rig.with_known_lap())?,

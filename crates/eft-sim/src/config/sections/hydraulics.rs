@@ -1,5 +1,8 @@
 //! Actuator, supply and servovalve.
 
+use eft_core::FlowTable;
+
+use crate::config::TABLE_CAPACITY;
 use crate::config::schema::Kind::{Float, Floats};
 use crate::config::schema::Need::{Optional, Required};
 use crate::config::schema::{float, key};
@@ -117,6 +120,11 @@ section! {
 }
 
 impl FlowCurve {
+    /// The curve as a table of the core.
+    pub(crate) fn table(&self) -> Result<FlowTable<f64, TABLE_CAPACITY>> {
+        Ok(FlowTable::<f64, TABLE_CAPACITY>::new(&self.openings, &self.flows)?)
+    }
+
     /// The slopes (m³/s) on both sides of the origin, the shallower first.
     pub(crate) fn slopes(&self) -> Result<(f64, f64)> {
         let [(_, pulling), (_, pushing)] = self.around(0.0)?;
