@@ -1,7 +1,7 @@
 //! The input checks of every metric.
 
 use crate::checks;
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Rejects a command and a measured signal for which the metrics are undefined.
 pub(super) fn check(command: &[f64], measured: &[f64]) -> Result<()> {
@@ -25,13 +25,7 @@ pub(super) fn not_silent(command: &[f64]) -> Result<()> {
 
 /// Rejects a quotient outside the range of `f64` (the signals were too large or too small to square).
 pub(super) fn in_range(name: &str, value: f64) -> Result<f64> {
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::value(
-            name,
-            value,
-            "the signals are too large or too small to compare in double precision",
-        ))
-    }
+    let allowed = "the signals are too large or too small to compare in double precision";
+    checks::require(value.is_finite(), name, value, allowed)?;
+    Ok(value)
 }
