@@ -1,6 +1,6 @@
 //! PEER's AT2: a few header lines, one with NPTS and DT, then rows of acceleration in g.
 
-use super::numbers::{number, push_row, shown};
+use super::numbers::{number, shown, values};
 use super::text::{Fault, Line, find_phrase};
 use super::{Draft, Unit};
 
@@ -19,10 +19,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     let (header, counts) = (&lines[..at], &lines[at]);
     let (npts, dt) = counts_of(counts)?;
     let unit = unit_of(header)?;
-    let mut values = Vec::new();
-    for line in &lines[at + 1..] {
-        push_row(line, None, &mut values)?;
-    }
+    let values = values(&lines[at + 1..])?;
     if values.len() as u64 != npts {
         let message = format!("NPTS is {npts}, but {} values follow", values.len());
         return Err(Fault::at(counts, message));
@@ -90,9 +87,7 @@ fn unit_of(header: &[Line<'_>]) -> Result<Unit, Fault> {
         }
         let rest = line.text[at + PHRASE.len()..].trim();
         let word = rest.split([' ', ',', ';']).next().unwrap_or_default();
-        return Unit::from_name(word).ok_or_else(|| {
-            Fault::at(line, format!("`{}` is not a known unit of acceleration", shown(word)))
-        });
+        return Unit::known(word, line, "");
     }
     Ok(Unit::Gravity)
 }

@@ -1,6 +1,6 @@
 //! COSMOS V2: counted header blocks, then `… acceleration pts, …, units=cm/sec2(04), Format=(8F10.5)`.
 
-use super::numbers::{field_width, push_row, shown};
+use super::numbers::{field_width, push_row};
 use super::text::{Fault, Line, find_phrase};
 use super::{Draft, Unit, block};
 
@@ -64,9 +64,7 @@ fn step_of(line: &Line<'_>, rows: &[Line<'_>]) -> Result<f64, Fault> {
 fn unit_of(line: &Line<'_>) -> Result<Unit, Fault> {
     let after = find_phrase(line.text, "units=").map_or("", |at| &line.text[at + 6..]);
     let name = after.split(['(', ',']).next().unwrap_or_default().trim();
-    Unit::from_name(name).ok_or_else(|| {
-        Fault::at(line, format!("units=`{}` is not a known unit of acceleration", shown(name)))
-    })
+    Unit::known(name, line, "units=")
 }
 
 /// Station and channel from the lines `Statn No: … Code:CE-24514 …` and `Sta Chan 1: 360 deg (Rcrdr …`.

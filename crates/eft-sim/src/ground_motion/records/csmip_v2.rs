@@ -1,6 +1,6 @@
 //! CSMIP's Volume 2: `… points of accel data equally spaced at … sec, in cm/sec2. (8f10.5)`, then rows.
 
-use super::numbers::{field_width, number, shown};
+use super::numbers::{field_width, number};
 use super::text::{Fault, Line, find_phrase};
 use super::{Draft, Unit, block};
 
@@ -38,9 +38,7 @@ fn step_and_unit(line: &Line<'_>, tail: &str) -> Result<(f64, Unit), Fault> {
     }
     let after = find_phrase(tail, " in ").map_or("", |at| &tail[at + 4..]);
     let unit = after.split('(').next().unwrap_or_default().trim().trim_end_matches(['.', ',']);
-    let unit = Unit::from_name(unit)
-        .ok_or_else(|| Fault::at(line, format!("`{}` is not a known unit of acceleration", shown(unit))))?;
-    Ok((dt, unit))
+    Ok((dt, Unit::known(unit, line, "")?))
 }
 
 /// Place and channel: the place is the line after the station's number, the channel begins its own line.

@@ -1,6 +1,6 @@
 //! K-NET's and KiK-net's ASCII: a header of keys in 18 columns, then counts to be multiplied by a factor in gal.
 
-use super::numbers::{number, push_row, shown};
+use super::numbers::{number, shown, values};
 use super::text::{Fault, Line};
 use super::{Draft, Unit, block};
 
@@ -23,10 +23,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     let Some((last, _)) = find(lines, "memo") else {
         return Err(Fault::new("no line `Memo.` ends the header"));
     };
-    let mut values = Vec::new();
-    for line in &lines[last + 1..] {
-        push_row(line, None, &mut values)?;
-    }
+    let mut values = values(&lines[last + 1..])?;
     let expected = positive(lines, "duration time", |text| text)? * rate;
     // The header rounds the duration to whole seconds.
     if (values.len() as f64 - expected).abs() > rate {

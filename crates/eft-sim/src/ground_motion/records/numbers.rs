@@ -18,6 +18,13 @@ pub(super) fn number(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The numbers of all rows.
+pub(super) fn values(rows: &[Line<'_>]) -> Result<Vec<f64>, Fault> {
+    let mut values = Vec::new();
+    rows.iter().try_for_each(|row| push_row(row, None, &mut values))?;
+    Ok(values)
+}
+
 /// Appends the numbers of a row that are separated by blanks or commas, or by nothing but their signs.
 ///
 /// If that fails and the field width is known, the row is split into fields of that width. Fortran writes no

@@ -1,5 +1,8 @@
 //! Units of acceleration and their names in files.
 
+use super::numbers::shown;
+use super::text::{Fault, Line};
+
 /// Standard gravity in m/s², for the conversion of records in units of g.
 pub const STANDARD_GRAVITY: f64 = 9.80665;
 
@@ -51,6 +54,13 @@ impl Unit {
             "in/s2" | "in/s/s" | "inps2" | "ins2" | "ins-2" => Self::InchPerSecondSquared,
             "ft/s2" | "ft/s/s" | "ftps2" | "fts2" | "fts-2" => Self::FootPerSecondSquared,
             _ => return None,
+        })
+    }
+
+    /// The unit that a line names, with what stands before it there for the message.
+    pub(super) fn known(name: &str, line: &Line<'_>, before: &str) -> Result<Self, Fault> {
+        Self::from_name(name).ok_or_else(|| {
+            Fault::at(line, format!("{before}`{}` is not a known unit of acceleration", shown(name)))
         })
     }
 }
