@@ -172,7 +172,7 @@ impl RigConfig {
 }
 
 /// The describing function (1) of the part of a sine with this amplitude that is within a limit.
-fn within(limit: f64, amplitude: f64) -> f64 {
+pub(crate) fn within(limit: f64, amplitude: f64) -> f64 {
     let share = limit / amplitude;
     if share >= 1.0 {
         return 1.0;

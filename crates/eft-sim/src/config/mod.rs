@@ -20,7 +20,7 @@ mod zhao2005;
 
 pub use calibrations::Calibrations;
 pub use controller_curve::TABLE_CAPACITY;
-pub(crate) use force_loop::AtRest;
+pub(crate) use force_loop::{AtRest, within};
 pub use idle::IdleKey;
 pub use keys::KEYS;
 pub use quantity::{dimension, quantity, units_of};

@@ -1,10 +1,10 @@
 //! The oscillation about null by an underlap that the controller does not know: there the valve has up to twice its gain.
 
-use std::f64::consts::{FRAC_2_PI, SQRT_2, TAU};
+use std::f64::consts::{SQRT_2, TAU};
 
 use crate::analysis::linear::{Complex, FlowGain, disturbed};
 use crate::analysis::prediction::signals::{Signals, Transform, outputs};
-use crate::config::RigConfig;
+use crate::config::{RigConfig, within};
 use crate::error::Result;
 use crate::state_space::AT_REST;
 
@@ -61,8 +61,7 @@ impl Oscillation {
         let of = |quantity: usize, actuator: usize| shape[(quantity * actuators + actuator, 0)].norm();
         let most = (0..actuators).map(|i| of(2, i)).fold(0.0, f64::max);
         // Harmonic balance: the gain of the valve for a sine of this amplitude, `underlap` over `share`.
-        let for_sine = |y: f64| 1.0 + FRAC_2_PI * (libm::asin(y) + y * (1.0 - y * y).sqrt());
-        let share = bisected([0.0, 1.0], SHARE_STEPS, |share| Ok(for_sine(share) > gain))?;
+        let share = bisected([0.0, 1.0], SHARE_STEPS, |share| Ok(1.0 + within(share, 1.0) > gain))?;
         let scale = underlap / share / most;
         let amplitudes = (0..actuators).map(|i| [scale * of(0, i), scale * of(1, i)]).collect();
         let frequency = fastest.pole.im.abs() / TAU;
