@@ -146,18 +146,13 @@ fn accept(
     plant: &HeldPiston,
     largest: &mut Option<f64>,
 ) -> Result<Option<ForceLoop>> {
-    let has_margins = || -> Result<bool> {
-        for plant in nominal {
-            if plant.damping(gains)? < NOMINAL_DAMPING
-                || !plant.has_gain_margin(gains, NOMINAL_GAIN_MARGIN)?
-            {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    };
-    if !has_margins().map_err(no_poles)? {
+    if !damped(nominal, gains, NOMINAL_DAMPING).map_err(no_poles)? {
         return Ok(None);
+    }
+    for plant in nominal {
+        if !plant.has_gain_margin(gains, NOMINAL_GAIN_MARGIN).map_err(no_poles)? {
+            return Ok(None);
+        }
     }
     let static_gain = gains.proportional * plant.static_gain();
     *largest = Some(largest.map_or(static_gain, |largest: f64| largest.max(static_gain)));
