@@ -44,6 +44,12 @@ pub struct StateSpace {
     pub sample_time: Option<f64>,
 }
 
+/// The rows of the outputs with these names that are a quantity, one for each actuator.
+pub(crate) fn rows_of(outputs: &[String], quantity: &str) -> impl Iterator<Item = usize> {
+    let named = outputs.iter().enumerate();
+    named.filter(move |(_, name)| name.split('_').next() == Some(quantity)).map(|(row, _)| row)
+}
+
 /// One pole, as an oscillation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {

@@ -8,7 +8,7 @@ use super::disturbance::Disturbance;
 use super::gains::FlowGain;
 use super::sampled::Ticker;
 use crate::metrics::OIL_COLUMN;
-use crate::state_space::{Responses, StateSpace};
+use crate::state_space::{Responses, StateSpace, rows_of};
 use crate::{Error, Result, RigConfig};
 
 /// Number of frequencies at which the noise in the band of the oil column is computed.
@@ -38,12 +38,8 @@ pub(crate) fn about_rest(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> R
     let unstable =
         || Error::value("stability of the linear model", "unstable", "must be stable for a state about rest");
     let (outputs, names) = ticker.outputs();
-    let rows = |quantity: &str| {
-        let found = names.iter().enumerate().filter(|(_, name)| name.split('_').next() == Some(quantity));
-        found.map(|(row, _)| row).collect::<Vec<_>>()
-    };
-    let actuators: Vec<[usize; 2]> =
-        rows("force").into_iter().zip(rows("displacement")).map(|(force, moved)| [force, moved]).collect();
+    let pairs = rows_of(&names, "force").zip(rows_of(&names, "displacement"));
+    let actuators: Vec<[usize; 2]> = pairs.map(|(force, moved)| [force, moved]).collect();
 
     let mut noise = sources.clone();
     for (column, one) in Disturbance::ALL.iter().cycle().take(noise.ncols()).enumerate() {

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::fourier;
 use crate::ground_motion::excitation::Command;
 use crate::interruption;
-use crate::state_space::Responses;
+use crate::state_space::{Responses, rows_of};
 
 /// Highest frequency (Hz) of a prediction, and that of one for a command with more than this share of its power beyond.
 const HIGHEST: f64 = 20.0;
@@ -200,12 +200,7 @@ pub(super) fn outputs(model: &StateSpace, quantities: &[&str]) -> Responses {
 
 /// The indices of these outputs.
 pub(super) fn rows(model: &StateSpace, quantities: &[&str]) -> Vec<usize> {
-    let rows = |quantity: &&str| {
-        let named = model.outputs.iter().enumerate();
-        let found = named.filter(|(_, name)| name.split('_').next() == Some(*quantity));
-        found.map(|(row, _)| row).collect::<Vec<_>>()
-    };
-    quantities.iter().map(rows).collect::<Vec<_>>().concat()
+    quantities.iter().flat_map(|quantity| rows_of(&model.outputs, quantity)).collect()
 }
 
 /// The motion of the structure under forces, as under the commands that make them. The first rows of `all` are
