@@ -94,7 +94,7 @@ impl<S: Num> Drive<S> for Held<S> {
 
 /// The analog realization, Eq. (1) in continuous time: the command is linear between samples, and only the
 /// compensation is held.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Analog<S> {
     proportional: S,
     derivative: S,
@@ -127,9 +127,7 @@ impl<S: Num> Analog<S> {
     pub(crate) fn at(&self, command: S, command_rate: S, compensation: S) -> Self {
         Self { command, command_rate, compensation, ..*self }
     }
-}
 
-impl<S: Num> Analog<S> {
     /// Difference of the demand (V), a time (s) after the sample, from a level (V) if the cell reads an
     /// offset (N) only.
     // The compensation is added last by one operation, because the loop waits for it. All cells use one
@@ -245,16 +243,7 @@ impl<S: Num> AnyDrive<S> {
     #[inline(always)]
     pub(crate) fn held(command: S) -> Self {
         let zero = S::splat(0.0);
-        let idle = Analog {
-            proportional: zero,
-            derivative: zero,
-            gain: zero,
-            amplitude: zero,
-            limited: false,
-            command: zero,
-            command_rate: zero,
-            compensation: zero,
-        };
+        let idle = Analog::default();
         Self { kind: DriveKind::Held, held: Held(command), cell: idle.with_cell((S::splat(1.0), zero)) }
     }
 
