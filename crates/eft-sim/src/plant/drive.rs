@@ -109,16 +109,14 @@ pub(crate) struct Analog<S> {
 
 impl<S: Num> Analog<S> {
     pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
-        let (zero, control) = (S::splat(0.0), |i: usize| &rig(i).controller);
+        let control = |i: usize| &rig(i).controller;
         Self {
             proportional: S::from_lanes(|i| control(i).proportional_gain * control(i).force_sensitivity),
             derivative: S::from_lanes(|i| control(i).derivative_gain * control(i).force_sensitivity),
             gain: S::from_lanes(|i| control(i).proportional_gain),
             amplitude: S::from_lanes(|i| rig(i).limits.valve_command.unwrap_or(f64::MAX)),
             limited: (0..S::LANES).any(|i| rig(i).limits.valve_command.is_some()),
-            command: zero,
-            command_rate: zero,
-            compensation: zero,
+            ..Self::default()
         }
     }
 
