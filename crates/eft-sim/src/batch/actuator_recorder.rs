@@ -47,7 +47,7 @@ impl<S: Num> ActuatorRecorder<S> {
         let run =
             |test: &Test<'_>| Some(TestRun::with_capacity(test.rig, test.commands[0].sample_rate, samples));
         Self {
-            norms: Norms::new(),
+            norms: Norms::default(),
             max_spool: zero,
             min_supply_pressure: if supply_varies { highest } else { S::from_lanes(pressure) },
             drift: zero,

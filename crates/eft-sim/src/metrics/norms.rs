@@ -8,7 +8,7 @@ use crate::lanes::Num;
 pub(crate) const BLOCK: usize = 1024;
 
 /// Sums during a test; memory does not grow with the length of the test.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Norms<S> {
     samples: f64,
     squared_error: S,
@@ -46,21 +46,6 @@ impl<S: Num> Spread<S> {
 }
 
 impl<S: Num> Norms<S> {
-    pub(crate) fn new() -> Self {
-        let zero = S::splat(0.0);
-        Self {
-            samples: 0.0,
-            squared_error: zero,
-            squared_command: zero,
-            largest_error: zero,
-            largest_command: zero,
-            area: zero,
-            error: Spread::default(),
-            command: Spread::default(),
-            last: [zero; 2],
-        }
-    }
-
     /// Adds the next samples of command and measured force (N): [`BLOCK`] of them, fewer only at the end.
     #[inline(always)]
     pub(crate) fn add(&mut self, command: &[S], measured: &[S]) {
@@ -124,7 +109,7 @@ impl<S: Num> Norms<S> {
 impl Norms<f64> {
     /// The sums of whole signals.
     pub(crate) fn of(command: &[f64], measured: &[f64]) -> Self {
-        let mut norms = Self::new();
+        let mut norms = Self::default();
         for (command, measured) in command.chunks(BLOCK).zip(measured.chunks(BLOCK)) {
             norms.add(command, measured);
         }
@@ -191,7 +176,7 @@ mod tests {
     #[test]
     fn a_lane_has_the_bits_of_its_test_alone() {
         let tests: Vec<_> = (0..4).map(|i| signals(3000, 10.0 * f64::from(i))).collect();
-        let mut wide = Norms::<Lanes<f64, 4>>::new();
+        let mut wide = Norms::<Lanes<f64, 4>>::default();
         for start in (0..3000).step_by(BLOCK) {
             let end = (start + BLOCK).min(3000);
             let pack = |of: fn(&Pair) -> &Vec<f64>| {
