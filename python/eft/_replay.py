@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from eft import _native
 from eft._measured_force import check_force
-from eft._native import Rig
+from eft._native import FlowTable, Rig
 from eft._read_only import ReadOnly
 from eft._run import TestRun
 from eft._sections import Calibration, calibration_of
@@ -27,6 +27,12 @@ _NEEDED = ("command", "velocity", "force", "spool", "valve_command")
 
 _LARGEST_FORCE = 30.0
 """Largest rms of the force over that of its command. An unstable test has much more force."""
+
+_MOTION = {"velocity": 2.0, "spool": 50.0}
+"""Largest factor between the displacement and that by another signal. The flow also varies with the load."""
+
+_ALIKE = 0.5
+"""Least correlation of two displacements of one motion. Below it noise or drift is larger than the motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +147,8 @@ def replay(
     Raises
     ------
     ValueError
-        If a signal is missing, if the force has another sign or unit than its command, or if the learner
+        If a signal is missing, if the force has another sign or unit than its command, if the displacement is
+        not that of the velocity at these times (without a velocity, of the spool's flow), or if the learner
         refuses the rig.
 
     Examples
@@ -174,11 +181,42 @@ def replay(
         reported = f"measured_{name}"
         signals[name] = test[reported if reported in test.columns else name]
     check_force(signals["command"], signals["force"], _LARGEST_FORCE)
+    _check_motion(rig, test, signals)
     if "compensation" in test.columns:
         signals["valve_command"] = _before_the_tick(rig, test)
     signals["next_command"] = np.append(signals["command"][1:], signals["command"][-1:])
     found = _native.replay(rig, signals, test.sample_rate, dtype)
     return Replay(**found | {"calibration": calibration_of(found["calibration"])})
+
+
+def _check_motion(rig: Rig, test: Traces, signals: dict[str, npt.NDArray[np.float64]]) -> None:
+    """Refuse times, or a displacement, in another unit than the signal that moves the piston."""
+    reported = "measured_displacement" if "measured_displacement" in test.columns else "displacement"
+    if reported not in test.columns:
+        return
+    source = "velocity" if "velocity" in signals else "spool"
+    if source == "velocity":
+        velocity = signals["velocity"]
+    else:
+        table = FlowTable(rig["servovalve.flow_table.openings"], rig["servovalve.flow_table.flows"])
+        velocity = table.flow(signals["spool"]) / rig["actuator.piston_area"]
+    whole = np.isfinite(velocity) & np.isfinite(test[reported])
+    time = test.time[whole]
+    # An offset of the velocity is a drift of its integral.
+    moved, shown = (
+        values - np.polynomial.Polynomial.fit(time, values, 1)(time)
+        for values in (np.cumsum(velocity[whole]) / test.sample_rate, test[reported][whole])
+    )
+    by_source, by_sensor = float(np.linalg.norm(moved)), float(np.linalg.norm(shown))
+    alike = float(moved @ shown)
+    if abs(alike) <= _ALIKE * by_source * by_sensor:
+        return
+    factor, most = by_sensor / by_source * np.sign(alike), _MOTION[source]
+    if not 1.0 / most <= factor <= most:
+        raise ValueError(
+            f"{test.name}: displacement = {factor:.3g} times that by the {source}: must be "
+            f"{1.0 / most:g} to {most:g} times: check the unit of the times, and sign and unit of both"
+        )
 
 
 def _before_the_tick(rig: Rig, test: Traces) -> npt.NDArray[np.float64]:

@@ -65,6 +65,23 @@ def test_a_force_of_another_sign_or_unit_is_refused(run, factor, says):
         eft.replay(RIG, Traces("m.csv", measured.sample_rate, columns))
 
 
+@pytest.mark.parametrize("source", ["sensor", "derivative"])
+@pytest.mark.parametrize("factor", [1000.0, 60.0])
+def test_times_in_another_unit_are_refused(run, source, factor):
+    measured, rig = Traces.from_run(run), RIG.replace({"controller.velocity_source": source})
+    assert eft.replay(rig, measured).time.size == COMMAND.values.size // 16
+    with pytest.raises(ValueError, match=r"^m.csv: displacement = .* times that by the .*: check the unit"):
+        eft.replay(rig, Traces("m.csv", factor * measured.sample_rate, measured.columns))
+
+
+@pytest.mark.parametrize("factor", [-1.0, 1000.0, 1 / 0.0254, 0.3048])
+def test_a_displacement_of_another_sign_or_unit_is_refused(run, factor):
+    measured = Traces.from_run(run)
+    columns = dict(measured.columns) | {"measured_displacement": factor * run.measured_displacement}
+    with pytest.raises(ValueError, match=r"times that by the velocity: must be 0\.5 to 2 times"):
+        eft.replay(RIG, Traces("m.csv", measured.sample_rate, columns))
+
+
 def test_an_unstable_test_is_replayed():
     run = eft.simulate(RIG.replace({"servovalve.flow_gain_scale": 1.6}), COMMAND)
     assert not run.verdict.ok
