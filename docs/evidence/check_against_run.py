@@ -245,6 +245,23 @@ def agreement(data: dict[str, np.ndarray], groups: dict[str, np.ndarray]) -> str
     return table(head, rows)
 
 
+def counts(data: dict[str, np.ndarray]) -> str:
+    """Numbers of right and wrong verdicts, as a sentence."""
+    check, run = (np.array([GRADES.index(one) for one in data[name]]) for name in ("check", "run"))
+
+    def counted(found: np.ndarray, one: str, more: str, none: str = "none") -> str:
+        count = found.sum()
+        return f"{count or none} {one if count < 2 else more}"
+
+    same = counted(check == run, "rig has", "rigs have", "no")
+    worst = counted((check == 0) & (run == 2), 'rig with a "go" has', 'rigs with a "go" have', "no")
+    return (
+        f"{same.capitalize()} the same verdict in check and test, "
+        f"{counted(check < run, 'is', 'are')} a false yes "
+        f'and {counted(check > run, "is", "are")} a false no. {worst.capitalize()} a test that is a "no".\n'
+    )
+
+
 def ratios(data: dict[str, np.ndarray], groups: dict[str, np.ndarray]) -> str:
     """Quantiles of predicted over simulated errors."""
     rows = []
@@ -275,12 +292,12 @@ def report(folder: Path) -> None:
     floors = {"one mass": data["floors"] == 1, "buildings": data["floors"] > 1}
     groups = groups_of(data, floors)
     schemes = {scheme: data["scheme"] == scheme for scheme in SCHEMES}
-    parts = (grades(data), agreement(data, groups | schemes), ratios(data, groups))
+    parts = (grades(data), agreement(data, groups | schemes), ratios(data, groups), counts(data))
     write_text(folder / "check_against_run.md", "\n".join(parts))
     flow = learning["flow"]
     gains = {"0.6 to 1": flow < 1, "1 to 1.38": (flow >= 1) & (flow < 1.38), "1.38 to 1.7": flow >= 1.38}
     groups = groups_of(learning, {f"flow gain {name}": rigs for name, rigs in gains.items()})
-    parts = (grades(learning), agreement(learning, groups), ratios(learning, groups))
+    parts = (grades(learning), agreement(learning, groups), ratios(learning, groups), counts(learning))
     write_text(folder / "check_while_learning.md", "\n".join(parts))
 
 
