@@ -175,7 +175,20 @@ fn words(name: &str) -> Vec<String> {
 }
 
 fn is_time(name: &str) -> bool {
-    words(name).first().is_some_and(|word| matches!(word.as_str(), "t" | "time" | "times" | "s" | "sec"))
+    let words = words(name);
+    let pair = |first: &str, second: &str| words.len() > 1 && words[0] == first && words[1] == second;
+    words.first().is_some_and(|word| matches!(word.as_str(), "t" | "time" | "times" | "s" | "sec"))
+        || pair("elapsed", "time")
+        // Of LabVIEW.
+        || pair("x", "value")
+}
+
+/// Whether a line states the units of the names above it: that of an acceleration, and of a time if there is one.
+pub(super) fn is_unit_line(names: &[&str], units: &[&str]) -> bool {
+    let pairs = || names.iter().zip(units);
+    names.len() == units.len()
+        && pairs().any(|(name, unit)| is_acceleration(name) && Unit::from_name(unit).is_some())
+        && pairs().all(|(name, unit)| !is_time(name) || time_unit_of(&format!("{name} [{unit}]")).is_ok())
 }
 
 /// Length of the unit that a time column names after its first word, in s; 1 if it names none.
@@ -202,7 +215,7 @@ fn in_brackets(name: &str) -> impl Iterator<Item = &str> {
     name.split(['(', '[']).skip(1).map(|rest| rest.split([')', ']']).next().unwrap_or_default().trim())
 }
 
-fn is_acceleration(name: &str) -> bool {
+pub(super) fn is_acceleration(name: &str) -> bool {
     unit_of(name).is_some()
         || words(name).first().is_some_and(|word| {
             matches!(word.as_str(), "a" | "ag" | "acc" | "accel" | "acceleration" | "ground")

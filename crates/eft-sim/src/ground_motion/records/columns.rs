@@ -1,22 +1,26 @@
-//! Columns of text: CSV with or without a header, `#` comments, and rows of acceleration only.
+//! Columns of text: CSV with or without a header, `#` comments, preambles of testing machines, and rows of
+//! acceleration only.
 
 use super::Draft;
-use super::column_header::{Columns, Declared};
+use super::column_header::{Columns, Declared, is_acceleration, is_unit_line};
 use super::numbers::{number, push_row, shown};
 use super::text::{Fault, Line};
 
 /// Largest difference of a time from the regular grid, in steps. A larger one is no print rounding but a
 /// missing sample.
 const TIME_TOLERANCE: f64 = 0.1;
+/// Number of lines in which the names of the columns must be if a preamble stands above them.
+const PREAMBLE: usize = 200;
 /// Smallest number of rows whose first column counts as a time if it rises in each of them.
 const RISING_ROWS: usize = 8;
 
 /// Reads columns. Step and unit are `None` if the file states none.
 pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     let mut declared = Declared::default();
-    let (mut header, mut first) = (None, None);
+    let named = named(lines);
+    let (mut header, mut first) = (named.map(|(header, _)| lines[header]), named.map(|(_, first)| first));
     for (at, line) in lines.iter().enumerate().filter(|(_, line)| !line.is_blank()) {
-        if is_comment(line) {
+        if is_comment(line) || named.is_some_and(|(header, _)| at <= header) {
             declared.note(line)?;
         } else if first.is_none() && header.is_none() && is_header(line) {
             declared.note(line)?;
@@ -30,6 +34,13 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     };
     let (rows, width) = (Rows(&lines[first..]), fields(&lines[first]).len());
     let names = header.map(|line| names(&line, width)).unwrap_or_default();
+    let above = lines[..first].iter().rfind(|line| is_content(line));
+    let units = above.filter(|line| header.is_some_and(|header| header.number < line.number));
+    let with_unit =
+        |(name, unit): (&&str, &str)| format!("{name} [{}]", unit.trim_matches(['(', ')', '[', ']']));
+    let joined: Vec<String> =
+        units.map(|line| names.iter().zip(fields(line)).map(with_unit).collect()).unwrap_or_default();
+    let names = if joined.is_empty() { names } else { joined.iter().map(String::as_str).collect() };
     let columns = match &header {
         // A header such as `dt=0.01` names no columns.
         Some(line) if declared.line != Some(line.number) => Columns::named(line, &names, width)?,
@@ -58,14 +69,39 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     Ok(Draft { name: None, values, dt, unit, column: Some(column) })
 }
 
+/// Places of the line that names an acceleration above a row of numbers, and of that row. A line of units may stand
+/// between the two, and a preamble above.
+fn named(lines: &[Line<'_>]) -> Option<(usize, usize)> {
+    let places: Vec<usize> = (0..lines.len()).filter(|at| is_content(&lines[*at])).take(PREAMBLE).collect();
+    (0..places.len()).find_map(|at| {
+        let header = &lines[places[at]];
+        let begins = |below: usize| {
+            let first = *places.get(at + below)?;
+            let row = fields(&lines[first]);
+            let names = names(header, row.len());
+            let holds = |(name, field): (&&str, &&str)| {
+                is_acceleration(name) && number(&field.replace(',', ".")).is_ok()
+            };
+            let fits = names.len() == row.len() && names.iter().zip(&row).any(holds);
+            (fits && (below == 1 || is_unit_line(&names, &fields(&lines[places[at + 1]])))).then_some(first)
+        };
+        let first = is_header(header).then(|| begins(1).or_else(|| begins(2))).flatten();
+        first.map(|first| (places[at], first))
+    })
+}
+
 /// The rows of numbers among some lines. A vector of them would take megabytes of a large file.
 #[derive(Clone, Copy)]
 struct Rows<'a>(&'a [Line<'a>]);
 
 impl<'a> Rows<'a> {
     fn iter(self) -> impl Iterator<Item = &'a Line<'a>> {
-        self.0.iter().filter(|line| !line.is_blank() && !is_comment(line))
+        self.0.iter().filter(|line| is_content(line))
     }
+}
+
+fn is_content(line: &Line<'_>) -> bool {
+    !line.is_blank() && !is_comment(line)
 }
 
 fn is_comment(line: &Line<'_>) -> bool {
@@ -83,7 +119,11 @@ fn is_header(line: &Line<'_>) -> bool {
 
 /// The names of a header over rows of `width` fields. Names may contain single blanks.
 fn names<'a>(line: &Line<'a>, width: usize) -> Vec<&'a str> {
-    let names = fields(line);
+    let mut names = fields(line);
+    // LabVIEW names a column of comments that its rows leave out.
+    if names.len() == width + 1 && names.last() == Some(&"Comment") {
+        names.pop();
+    }
     if names.len() == width || line.text.trim().contains([';', ',', '\t']) {
         return names;
     }
@@ -134,6 +174,9 @@ fn column_of(rows: Rows<'_>, column: usize, width: usize) -> Result<Vec<f64>, Fa
             return Err(Fault::at(row, message));
         }
         let field = fields.get(column).copied().unwrap_or_default();
+        if field.contains(',') && row.text.contains('.') {
+            return Err(Fault::at(row, "both `.` and `,` in it; one must be the decimal mark"));
+        }
         // A field contains commas only if they are decimal points.
         let value = if field.contains(',') { number(&field.replace(',', ".")) } else { number(field) };
         value.map_err(|message| Fault::at(row, format!("column {}: {message}", column + 1)))

@@ -274,6 +274,28 @@ fn decimal_commas_between_tabs_or_blanks_are_read() {
 }
 
 #[test]
+fn names_may_stand_below_a_preamble_and_above_their_units() {
+    let rows = |separator: &str, step: f64| -> String {
+        (0..12).map(|i| format!("{}{separator}{:.9}\n", step * f64::from(i), point(i as usize))).collect()
+    };
+    for (head, separator, step) in [
+        ("Test 7 of the lab\nOperator: me\ntime (s),acceleration (g)\n", ",", 0.01),
+        ("Date;12.3.2004\nSensor;7\n\nTime;Acceleration\nms;g\n", ";", 10.0),
+        ("// by us\ntime\tacc\n(s)\t[g]\n", "\t", 0.01),
+        ("Separator\tTab\nDelta_X\t0.01\t\nX_Value\tAcceleration (g)\tComment\n", "\t", 0.01),
+    ] {
+        check(
+            &parse((head.to_owned() + &rows(separator, step)).as_bytes(), "a.csv").unwrap(),
+            0.01,
+            1.0,
+            1e-6,
+        );
+    }
+    let both = message("time (s);acc (g)\n0,00;0.5\n0,01;0.6\n", "a.csv");
+    assert!(both.contains("line 2: both `.` and `,` in it; one must be the decimal mark"), "{both}");
+}
+
+#[test]
 fn a_time_among_columns_without_names_is_no_acceleration() {
     let options = ReadOptions { dt: Some(0.01), unit: Some(Unit::Gravity), channel: None };
     let rows: String = (0..8).map(|i| format!("{} {} 0\n", 0.01 * f64::from(i), i % 3)).collect();

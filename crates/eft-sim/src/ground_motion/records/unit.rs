@@ -42,8 +42,10 @@ impl Unit {
     /// The unit of a name such as `g`, `cm/sec/sec`, `m/s^2`, `mps2` or `gal`; letter case is ignored.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        let mut plain = name.trim().to_lowercase().replace("sec", "s").replace('²', "2");
-        plain.retain(|c| !c.is_whitespace() && !matches!(c, '^' | '*' | '_' | '(' | ')' | '[' | ']' | '.'));
+        let mut plain = name.trim().to_lowercase().replace("sec", "s").replace("⁻²", "-2").replace('²', "2");
+        plain.retain(|c| {
+            !c.is_whitespace() && !matches!(c, '^' | '*' | '_' | '(' | ')' | '[' | ']' | '.' | '·')
+        });
         Some(match plain.as_str() {
             "g" | "gs" | "g's" => Self::Gravity,
             "m/s2" | "m/s/s" | "mps2" | "ms2" | "ms-2" => Self::MetrePerSecondSquared,
@@ -80,6 +82,7 @@ mod tests {
             (" m/s² ", 1.0),
             ("mps2", 1.0),
             ("m/s**2", 1.0),
+            ("m·s⁻²", 1.0),
             ("in/sec^2", 0.0254),
         ] {
             assert_eq!(Unit::from_name(name).unwrap().in_metres_per_second_squared(), factor, "{name}");
