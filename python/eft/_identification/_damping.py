@@ -30,8 +30,8 @@ def identify_damping(displacement: ArrayLike, sample_rate: float) -> DampingEsti
     Returns
     -------
     DampingEstimate
-        The damping ratio, with ``frequency`` (Hz, undamped, an `Estimate`) and ``decrement`` (logarithmic). The
-        uncertainties are larger with few cycles, where the fit takes noise near the frequency for vibration.
+        The damping ratio, with ``frequency`` (Hz, undamped, an `Estimate`) and ``decrement`` (logarithmic).
+        The uncertainties are larger with few cycles, where the fit takes noise near it for vibration.
 
     Raises
     ------

@@ -46,7 +46,7 @@ def clock(name: str, time: Array) -> tuple[float, float]:
         return float(time[0]), 1.0 / step
     if odd >= _ROUNDED and (rate := _exactly_rounded(time, round(1.0 / step))) is not None:
         return float(time[0]), rate
-    if odd > _OUTLIERS * (time.size - 1):
+    if odd >= _ROUNDED and odd > _OUTLIERS * (time.size - 1):
         # Many uneven steps may be the rounding of times with few digits.
         if (rate := _rounded(time)) is not None:
             return float(time[0]), rate

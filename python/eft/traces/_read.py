@@ -30,7 +30,8 @@ def read_traces(
     (SciPy, from 7.3 on h5py); ``.h5``, ``.hdf5`` (h5py); ``.parquet`` (pyarrow); ``.tdms`` (npTDMS);
     ``.uff``, ``.unv`` (dataset 58, pyuff). Any other file must be a run that `TestRun.save` wrote.
 
-    The name of a column states its quantity, and the unit follows the name: ``force (kip)`` or ``force_kip``.
+    The name of a column states its quantity, and the unit follows the name: ``force (kip)``, ``force_kip``,
+    ``force, kip``, ``force / kip`` or ``force in kip``.
     The unit may also be in a line below the names. An HDF5 dataset has it in its attribute ``units``, a TDMS
     channel in its property ``unit_string``. A column without a unit is refused unless `units` names one.
     Text may be separated by tabs, semicolons, commas or blanks, have decimal commas, and begin with a

@@ -100,7 +100,9 @@ def _layouts(begin: Sequence[Numbered], wanted: Wanted, gaps: bool) -> Iterator[
                 continue
             names = _names(header, delimiter, row)
             units: list[str | None] = [None] * len(names)
-            if any(_is_number(name.replace(",", ".")) for name in names):
+            if any(
+                _is_number(name.replace(",", ".")) or all(map(_is_number, name.split(","))) for name in names
+            ):
                 continue
             if at > 1 and (above := _names(begin[at - 2][1], delimiter, row)) and _are_units(names, above):
                 names, units = above, [name.strip("()[]") for name in names]
@@ -156,7 +158,7 @@ def _are_units(line: Sequence[str], above: Sequence[str]) -> bool:
 
 def _cells(line: str, delimiter: str | None, width: int) -> list[str]:
     cells = line.split(delimiter)
-    if len(cells) == width + 1 and not cells[-1].strip():
+    while len(cells) > width and not cells[-1].strip():
         cells.pop()
     return [_unquoted(cell) for cell in cells]
 
@@ -206,10 +208,11 @@ def _plain(line: str, delimiter: str | None, width: int, gaps: bool) -> str:
         if len(line.split()) != width:
             raise ValueError
         return line
-    extra = line.count(delimiter) + 1 - width
-    if extra == 1 and not line.rpartition(delimiter)[2].strip():
-        line = line.rpartition(delimiter)[0]
-    elif extra:
+    for _ in range(line.count(delimiter) + 1 - width):
+        line, _, last = line.rpartition(delimiter)
+        if last.strip():
+            raise ValueError
+    if line.count(delimiter) + 1 != width:
         raise ValueError
     if gaps:
         return delimiter.join(cell if cell.strip() else "nan" for cell in line.split(delimiter))
@@ -272,4 +275,5 @@ def _is_number(cell: str) -> bool:
         float(cell)
     except ValueError:
         return False
-    return True
+    # As in `1_000`, which NumPy does not read.
+    return "_" not in cell

@@ -16,11 +16,11 @@ _SI = {
 """The SI unit of each quantity."""
 
 _NAMES_OF = {
-    "time": "s sec ms min",
+    "time": "s ms µs us min",
     "force": "N kN MN kgf tf lbf lb kip",
     "length": "m cm mm in inch ft",
     "velocity": "m/s cm/s mm/s in/s ft/s",
-    "acceleration": "m/s2 cm/s2 gal g in/s2 ft/s2",
+    "acceleration": "g m/s2 cm/s2 mm/s2 in/s2 ft/s2",
     "pressure": "Pa kPa MPa bar kgf/cm2 psi ksi",
     "flow": "m3/s L/s L/min lpm gpm in3/s",
     "voltage": "V mV",
@@ -29,16 +29,35 @@ _NAMES_OF = {
 """Names in headers of laboratories."""
 
 _OTHER_NAMES = {
-    "velocity": "mps", "acceleration": "mps2", "flow": "m3ps", "length": "inches", "time": "second",
-    "voltage": "volt", "ratio": "percent",
-}  # fmt: skip
-"""Names of units for names without a slash."""
+    "acceleration": "gal",
+    "length": "inches",
+    "time": "minute",
+    "voltage": "volt",
+    "ratio": "percent",
+}
+"""Further names, which messages leave out."""
 
 _MEANT = {
-    "sec": "s", "lb": "lbf", "inch": "in", "inches": "in", "gal": "cm/s2", "-": "1", "mps": "m/s",
-    "mps2": "m/s2", "m3ps": "m3/s", "second": "s", "volt": "V", "percent": "%",
+    "lb": "lbf", "inch": "in", "inches": "in", "gal": "cm/s2", "-": "1", "minute": "min", "volt": "V",
+    "percent": "%",
 }  # fmt: skip
 """Names that the rig's table of units lacks, or has with another meaning, as `lb` for a mass."""
+
+_SIGNS = str.maketrans({"²": "2", "³": "3", "¹": "1", "⁻": "-", "μ": "µ"} | dict.fromkeys("^*·. "))
+_SPELLINGS = tuple(
+    (re.compile(pattern, re.IGNORECASE), written)
+    for pattern, written in (
+        (r"sec(onds?|s)?$|sec(?=[/2\-])", "s"),
+        (r"^milli(?=s)", "m"),
+        (r"^micro(?=s)", "u"),
+        (r"/s/s$", "/s2"),
+        (r"^(m|cm|mm|in|ft)s-2$", r"\1/s2"),
+        (r"^(m|cm|mm|in|ft)s-1$", r"\1/s"),
+        (r"^(m3?|cm|mm|in|ft)ps(2?)$", r"\1/s\2"),
+        (r"^(g)'s$", r"\1"),
+    )
+)
+"""Other spellings of units, and the known ones."""
 
 
 def _factors(dimension: str, names: str) -> dict[str, float]:
@@ -63,7 +82,7 @@ class Quantity:
 
 
 QUANTITIES = {
-    "time": Quantity("time", ("t", "x value")),
+    "time": Quantity("time", ("t", "elapsed time", "x value")),
     "command": Quantity("force", ("force command", "command force", "reference", "reference force", "cmd")),
     "force": Quantity("force", ("load", "actuator force", "f")),
     "displacement": Quantity("length", ("disp", "stroke", "x")),
@@ -110,8 +129,9 @@ def to_si(quantity: str, unit: str) -> float:
     """Factor from `unit` to SI; a ValueError names what is allowed."""
     dimension = QUANTITIES[quantity].dimension
     known = _KNOWN[dimension]
-    plain = unit.strip().replace("²", "2").replace("³", "3").replace("^", "").replace(" ", "")
-    plain = re.sub("[sS]ec(?!ond)", "s", plain) if plain.lower() != "sec" else "s"
+    plain = unit.strip().translate(_SIGNS)
+    for spelling, written in _SPELLINGS:
+        plain = spelling.sub(written, plain)
     for candidate in (plain, plain.removesuffix("s") if len(plain) > 2 else plain, plain.removesuffix("es")):
         if candidate in known:
             return known[candidate]
@@ -131,14 +151,18 @@ def quantity_of(name: str) -> str | None:
 
 
 def _quantity_of(name: str) -> str | None:
-    return _NAMES.get(re.sub(r"[\s_]+", " ", name).strip().lower()) or _NAMES.get(
+    return _NAMES.get(re.sub(r"[\s_]+", " ", name).strip().rstrip(".").lower()) or _NAMES.get(
         re.sub(r"[\s_]+", "_", name).strip("_ ").lower()
     )
 
 
 def parse_header(header: str) -> tuple[str | None, str | None, str]:
-    """Quantity, unit and bare name of `Force (kip)`, `force [kip]`, `force_kip` or `force`."""
+    """Quantity, unit and bare name of `Force (kip)`, `force [kip]`, `force_kip`, `Force / kip` or `force`."""
     text = header.strip().strip('"').strip()
+    for mark in (" / ", " in "):
+        name, _, unit = text.rpartition(mark)
+        if (quantity := quantity_of(name)) and is_unit_of(quantity, unit.strip("()")):
+            return quantity, unit.strip("()"), name.strip()
     if match := _BRACKETS.fullmatch(text):
         return quantity_of(match["name"]), match["unit"].strip(), match["name"].strip()
     if quantity := quantity_of(text):
