@@ -86,6 +86,26 @@ def test_one_side_of_a_curve_serves_both():
         eft.servovalve(1e-3, 7e6, 60.0, flow_curve=[(-1.0, -1.0), (1.0, 1.0)])
 
 
+@pytest.mark.parametrize(
+    ("curve", "says"),
+    [
+        *(
+            (curve, "must be pairs of opening and share")
+            for curve in ("curve.csv", 3, [0, 1], [(0, 0, 0)], [""])
+        ),
+        ({"a": 1}, "must be pairs"),
+        # Gallons and openings in per cent, and a curve that ends early.
+        *(
+            ([(0, 0), end], "must end at the opening 1 with a share of 1")
+            for end in ((1, 60), (100, 1), (0.5, 0.6))
+        ),
+    ],
+)
+def test_a_curve_of_another_form_or_unit_is_refused(curve, says):
+    with pytest.raises(ValueError, match=rf"^flow_curve = .*: {says}"):
+        eft.servovalve(1e-3, 7e6, 60.0, flow_curve=curve)
+
+
 def test_a_learned_curve_has_points_in_a_table_without_a_curve():
     """The fixed scheme meets the force with the curve that the first test found."""
     rig = eft.Rig.zhao2005().replace(eft.servovalve("120 gpm", "1000 psi", "60 Hz"))

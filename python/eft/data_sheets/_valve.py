@@ -18,6 +18,10 @@ SPOOL_STROKE, SPOOL_AREA = 1e-3, 1e-4
 matters."""
 
 
+_FULL = 0.1
+"""Largest difference of a curve's flow at full opening from the rated flow, over that flow."""
+
+
 def servovalve(
     rated_flow: Value,
     rated_drop: Value,
@@ -59,8 +63,8 @@ def servovalve(
     supply_pressure : float or str
         Pressure of the laboratory's supply, Pa.
     flow_curve : sequence of (float, float), optional
-        Opening and share of the flow at full opening, from the curve on the sheet; a straight line of 21
-        points where absent.
+        Opening and share of the flow at full opening, from the curve on the sheet, up to (1, 1); a straight
+        line of 21 points where absent.
     overlap : float or str
         Overlap of the lands, a share of the stroke.
 
@@ -138,13 +142,30 @@ def _normalised_rise(damping: float) -> float:
     return float(time[high] - time[low])
 
 
+def _is_no_pair(point: Any) -> bool:
+    return isinstance(point, str) or not isinstance(point, Sequence | np.ndarray) or len(point) != 2
+
+
 def _curve(given: Sequence[tuple[float, float]] | None) -> tuple[list[float], list[float]]:
     """Openings and shares of the full flow; a curve of one side is used for both."""
     # A learned curve has the points of the table, so the straight line has as many as a measured curve.
     points = [(n / 10, n / 10) for n in range(-10, 11)] if given is None else given
+    if (
+        isinstance(points, str)
+        or not isinstance(points, Sequence | np.ndarray)
+        or any(map(_is_no_pair, points))
+    ):
+        raise ValueError(
+            f"flow_curve = {given!r}: must be pairs of opening and share, such as [[0, 0], [1, 1]]"
+        )
     pairs = sorted({(quantity("flow_curve", x, ""), quantity("flow_curve", q, "")) for x, q in points})
     if all(x >= 0.0 for x, _ in pairs):
         pairs = sorted({*pairs, (0.0, 0.0), *((-x, -q) for x, q in pairs if x > 0.0)})
     if (0.0, 0.0) not in pairs or pairs[0][0] >= 0.0:
         raise ValueError(f"flow_curve = {given!r}: must pass through (0, 0), with points above it")
+    if pairs[-1][0] != 1.0 or abs(pairs[-1][1] - 1.0) > _FULL:
+        raise ValueError(
+            f"flow_curve = {given!r}: must end at the opening 1 with a share of 1, within {_FULL:g}: "
+            "shares of the stroke and of rated_flow"
+        )
     return [x for x, _ in pairs], [q for _, q in pairs]
