@@ -92,6 +92,18 @@ def test_flow_curve_in_inches_is_that_of_the_rig(folder, capsys):
     assert "extrapolated" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("command", ["friction", "force-loop", "load-cell"])
+def test_a_force_against_its_command_has_the_wrong_sign(command, folder, capsys):
+    run = eft.simulate(RIG, eft.sine_sweep(2000.0, 0.5, 5.0, 4.0, 1024.0))
+    names = ("command", "force", "displacement", "velocity", "spool", "valve_command")
+    units = ("N", "N", "m", "m/s", "1", "V")
+    signals = {f"{name} ({unit})": getattr(run, name) for name, unit in zip(names, units, strict=True)}
+    write("a.csv", **{"time (s)": run.time, **signals, "force (N)": -run.force})
+    (folder / "rig.toml").write_text(RIG.to_toml())
+    assert main(["identify", command, "a.csv", "--rig", "rig.toml"]) == 2
+    assert "force = against the command" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", ["curve", "overlap"])
 def test_a_displacement_beyond_the_stroke_is_of_another_unit(command, folder, capsys):
     test = eft.identification.flow_test(RIG, amplitude=0.1 * RIG["actuator.stroke"], frequency=0.5)

@@ -10,10 +10,23 @@ import click
 
 import eft
 from eft._display import shown
+from eft._measured_force import check_force
 from eft._test_file import read_rig
 from eft.cli._data import data_options, read_data, rig_option
 from eft.cli._identify._answer import found_table, give, numbers, output_option, row
 from eft.cli._output import FILE, as_json, epilog, units_option
+from eft.traces import Traces
+
+_LARGEST_FORCE = 30.0
+"""Largest rms of the force over that of its command. Without compensation the force may have resonances."""
+
+
+def _sweep(file: Path, rig: Path, data: dict[str, Any]) -> Traces:
+    """A test with the whole rig. Its force is compared with its command, if the file has one."""
+    traces = read_data(file, rig=rig, **data)
+    if {"command", "force"} <= traces.columns.keys():
+        check_force(traces["command"], traces["force"], _LARGEST_FORCE)
+    return traces
 
 
 @click.command(
@@ -31,7 +44,7 @@ from eft.cli._output import FILE, as_json, epilog, units_option
 @as_json
 def friction(file: Path, rig: Path, output: Path | None, as_json: bool, **data: Any) -> None:
     """Find the friction of the seals in spool, velocity and force of a sweep with the whole rig in FILE."""
-    traces = read_data(file, rig=rig, **data)
+    traces = _sweep(file, rig, data)
     signals = traces["spool"], traces["velocity"], traces["force"]
     found = eft.identification.identify_friction(read_rig(rig, {}), *signals, traces.sample_rate)
     answer: dict[str, Any] = numbers(found, ("friction", "compressibility", "velocity_delay"))
@@ -65,7 +78,7 @@ def friction(file: Path, rig: Path, output: Path | None, as_json: bool, **data: 
 @as_json
 def force_loop(file: Path, rig: Path, output: Path | None, as_json: bool, **data: Any) -> None:
     """Find valve, oil and sensor latencies in FILE, a sweep to 40 Hz with the whole rig."""
-    traces = read_data(file, rig=rig, **data)
+    traces = _sweep(file, rig, data)
     signals = traces["valve_command"], traces["spool"], traces["velocity"], traces["force"]
     known = read_rig(rig, {})
     found = eft.identification.identify_force_loop(known, *signals, traces.sample_rate)
@@ -98,7 +111,7 @@ def load_cell(
     file: Path, rig: Path, gain_uncertainty: float, mass_uncertainty: float, as_json: bool, **data: Any
 ) -> None:
     """Find the gain of the load cell in a sweep to 40 Hz with the whole rig in FILE."""
-    traces = read_data(file, rig=rig, **data)
+    traces = _sweep(file, rig, data)
     signals = traces["displacement"], traces["velocity"], traces["force"]
     found = eft.identification.identify_load_cell(
         read_rig(rig, {}),
