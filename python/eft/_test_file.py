@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from eft import _foreign as foreign
+from eft._display import shown
 from eft._floors import floor_mass
 from eft._native import Command, Rig, effective_force, read_record, sine_sweep
 from eft._toml_lines import pointed, without_sections
@@ -211,8 +212,9 @@ def _sweep(section: Mapping[str, Any], rig: Rig, _folder: Path) -> tuple[Command
         )
     numbers = {key: float(section[key]) for key in ("amplitude", "f_start", "f_end", "duration")}
     command = sine_sweep(**numbers, sample_rate=_sample_rate(section, rig))
+    amplitude = shown("force")(numbers["amplitude"])
     about = (
-        f"sine sweep of {numbers['amplitude']:g} N, {numbers['f_start']:g} to {numbers['f_end']:g} Hz "
+        f"sine sweep of {amplitude}, {numbers['f_start']:g} to {numbers['f_end']:g} Hz "
         f"in {numbers['duration']:g} s"
     )
     return command, about
@@ -230,7 +232,8 @@ def _record(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command
         raise ValueError("command.mass: must be left out for a shear building, whose floors have their own")
     mass = float(section["mass"]) if "mass" in section else floor_mass(rig)
     command = effective_force(record, mass=mass, sample_rate=_sample_rate(section, rig), scale=scale)
-    return command, f"{record.name}, ground acceleration of {record.pga:.3g} m/s² scaled by {scale:g}"
+    peak = shown("acceleration")(record.pga, ".3g")
+    return command, f"{record.name}, ground acceleration of {peak} scaled by {scale:g}"
 
 
 def _drive(section: Mapping[str, Any], rig: Rig, folder: Path) -> tuple[Command, str]:

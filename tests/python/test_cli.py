@@ -69,6 +69,19 @@ def test_a_fresh_test_file_runs_the_sweep_of_the_paper(folder, capsys):
     assert "5.89%" in said and "54.9%" in said
 
 
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        (["--sweep", "8896.4", "1", "2", "1"], ("of 8.896 kN", "of 2 kip")),
+        (["--record", "elcentro", "--scale", "0.1"], ("of 2.75 m/s²", "of 0.281 g")),
+    ],
+)
+def test_the_command_is_shown_in_the_chosen_units(command, says, folder, capsys):
+    for units, text in zip(("si", "us"), says, strict=True):
+        assert main(["check", *command, "--units", units]) in (0, 1)
+        assert text in capsys.readouterr().out.splitlines()[0]
+
+
 def test_json_is_the_metrics_of_the_run(folder, capsys):
     assert main(["run", *SWEEP, "--set", "compensation.mode=linear", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
