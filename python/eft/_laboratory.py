@@ -31,8 +31,8 @@ __all__ = ["Identification", "identify"]
 _TRAVEL = 2.2
 """Largest travel of the piston over the rig's stroke to one side, with a margin for its sensor."""
 
-_FLOWS = 50.0
-"""Largest factor between a measured flow and the rig's. Valves differ less, and times by 60 or 1,000."""
+_FLOWS = 20.0
+"""Largest factor between a measured flow and the rig's. Inches differ by 25.4, and times by 60 or 1,000."""
 
 
 @dataclass(frozen=True)
@@ -246,12 +246,12 @@ def check_travel(rig: Rig, runs: Sequence[Traces]) -> None:
 
 
 def check_flow(rig: Rig, curve: FlowTable) -> None:
-    """Refuse a flow curve that only another unit of the times, or another valve, explains."""
+    """Refuse a flow curve that only another unit, or another valve, explains."""
     factor = curve.flows[-1] / rig["servovalve.flow_table.flows"][-1]
     if not 1.0 / _FLOWS <= factor <= _FLOWS:
         raise ValueError(
             f"flow = {factor:.3g} times that of servovalve.flow_table at the full opening: must be "
-            f"{1.0 / _FLOWS:g} to {_FLOWS:g} times: check the unit of the times"
+            f"{1.0 / _FLOWS:g} to {_FLOWS:g} times: check the units of times and displacement"
         )
 
 

@@ -123,11 +123,16 @@ def test_a_flow_test_with_times_in_another_unit_is_refused(folder, capsys):
     time = np.arange(test.spool.size) / 2048.0
     write("fast.csv", **{"time (ms)": time, **columns})
     write("slow.csv", **{"time (s)": 1e3 * time, **columns})
+    inches = {"displacement (mm)": test.displacement / 0.0254}
+    write("inches.csv", **{"time (s)": time, "spool": test.spool, **inches})
     (folder / "rig.toml").write_text(RIG.to_toml())
     assert main(["identify", "curve", "fast.csv", "--piston-area", "0.008212"]) == 2
     assert "must be at most 20 at the full opening: check the unit of the times" in capsys.readouterr().err
-    assert main(["identify", "curve", "slow.csv", "--rig", "rig.toml"]) == 2
-    assert "times that of servovalve.flow_table at the full opening: must be 0.02" in capsys.readouterr().err
+    for name in ("slow.csv", "inches.csv"):
+        assert main(["identify", "curve", name, "--rig", "rig.toml"]) == 2
+        assert (
+            "times that of servovalve.flow_table at the full opening: must be 0.05" in capsys.readouterr().err
+        )
 
 
 def test_damping_is_that_of_the_structure(capsys):

@@ -161,7 +161,7 @@ def laboratory(tmp_path_factory):
     [
         (1e3, r"^speed of the displacement = 1\d{3}\.\d* m/s: must be at most 20 at the full opening: check"),
         (1e-3, r"^flow = 0\.001\d* times that of servovalve.flow_table at the full opening: must be"),
-        (1 / 60, r"check the unit of the times"),
+        (1 / 60, r"check the units of times"),
     ],
 )
 def test_a_flow_test_with_times_in_another_unit_is_refused(factor, says):
