@@ -135,6 +135,19 @@ def test_a_flow_test_with_times_in_another_unit_is_refused(folder, capsys):
         )
 
 
+def test_a_piston_area_may_have_its_unit(capsys):
+    test = eft.identification.flow_test(RIG, amplitude=0.6 * RIG["actuator.stroke"])
+    time = np.arange(test.spool.size) / 2048.0
+    write("a.csv", **{"time (s)": time, "spool": test.spool, "displacement (m)": test.displacement})
+    answers = []
+    for area in ("0.0082128868", "12.73 in2"):
+        assert main(["identify", "curve", "a.csv", "--piston-area", area, "--json"]) == 0
+        answers.append(json.loads(capsys.readouterr().out)["flows"])
+    assert answers[0] == pytest.approx(answers[1])
+    assert main(["identify", "curve", "a.csv", "--piston-area", "12.73 in"]) == 2
+    assert "--piston-area = '12.73 in': must be a finite number in m²" in capsys.readouterr().err
+
+
 def test_damping_is_that_of_the_structure(capsys):
     free = eft.identification.free_vibration(RIG, 0.02)
     write("a.csv", **{"time (s)": np.arange(free.size) / 512.0, "displacement (mm)": 1e3 * free})

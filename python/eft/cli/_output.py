@@ -14,10 +14,30 @@ import click
 import numpy as np
 
 from eft._display import UnitSystem, use_units
+from eft._native import quantity
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 FILE = click.Path(path_type=Path)
+
+
+def amount(unit: str) -> Callable[[click.Context, click.Parameter, str | None], float | None]:
+    """Callback of an option that takes a number in an SI unit, or a text with its unit as in a rig file."""
+
+    def parse(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:
+        if value is None:
+            return None
+        try:
+            return float(value)
+        except ValueError:
+            pass
+        try:
+            return quantity(param.opts[0], value, unit)
+        except ValueError as error:
+            raise click.UsageError(str(error), ctx) from None
+
+    return parse
+
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object, for scripts.")
 """The option of every command with JSON output."""

@@ -11,7 +11,7 @@ import click
 import eft
 from eft._memory import check_memory, memory_of_samples
 from eft._test_file import TestPlan, make_command, read_rig, read_test
-from eft.cli._output import FILE, F, settings
+from eft.cli._output import FILE, F, amount, settings
 
 memory_option = click.option(
     "--memory",
@@ -35,7 +35,10 @@ _OPTIONS = (
     click.option("--dt", type=float, metavar="S", help="Time step of the record, if not in the file."),
     click.option("--channel", type=int, metavar="N", help="Channel of a V2 file, counted from 1."),
     click.option(
-        "--mass", type=float, metavar="KG", help="Mass of the effective force; default: the structure's."
+        "--mass",
+        callback=amount("kg"),
+        metavar="KG",
+        help="Mass of the effective force, or with its unit; default: the structure's.",
     ),
     click.option(
         "--sample-rate",

@@ -13,7 +13,7 @@ from eft._laboratory import check_flow, check_travel
 from eft._test_file import read_rig
 from eft.cli._data import data_options, read_data, rig_option
 from eft.cli._identify._answer import found_table, give, numbers, output_option, row
-from eft.cli._output import FILE, as_json, epilog, table, units_option
+from eft.cli._output import FILE, amount, as_json, epilog, table, units_option
 from eft.traces import Traces
 
 
@@ -80,7 +80,12 @@ def delay(
     ),
 )
 @click.argument("files", type=FILE, nargs=-1, required=True)
-@click.option("--piston-area", type=float, metavar="M2", help="Effective piston area.")
+@click.option(
+    "--piston-area",
+    callback=amount("m²"),
+    metavar="M2",
+    help="Effective piston area; or with its unit, as 12.73in2.",
+)
 @click.option("--rig", type=FILE, help="Rig file, for piston area and stroke.")
 @click.option("--knots", type=int, default=21, show_default=True, help="Control points from -1 to 1, odd.")
 @output_option("the curve")
@@ -129,7 +134,12 @@ def curve(
     ),
 )
 @click.argument("files", type=FILE, nargs=-1, required=True)
-@click.option("--piston-area", type=float, metavar="M2", help="Effective piston area.")
+@click.option(
+    "--piston-area",
+    callback=amount("m²"),
+    metavar="M2",
+    help="Effective piston area; or with its unit, as 12.73in2.",
+)
 @click.option("--rig", type=FILE, help="Rig file, for piston area and stroke.")
 @output_option("overlap and null bias")
 @data_options
