@@ -12,11 +12,11 @@ use crate::{Error, Result, checks};
 
 /// Least number of cycles that distinguishes decay from drift.
 const LEAST_CYCLES: usize = 3;
-/// Numbers of frequencies on either side of the vibration's that show the noise about it. Few show noise in a narrow band,
-/// and many show it more surely.
+/// Numbers of frequencies on either side of the vibration's that show the noise about it. Few show noise in a narrow
+/// band, and many show it more surely.
 const NEIGHBOURS: [f64; 2] = [3.0, 8.0];
-/// Number of cycles below which the deviation mostly stands for noise that the fit takes for vibration. Measured in noise of
-/// a band as wide as half the frequency, where the deviation without it is too small by 1.7 with three cycles.
+/// Number of cycles below which the deviation mostly stands for noise that the fit takes for vibration. Measured in
+/// noise of a band as wide as half the frequency, where the deviation without it is too small by 1.7 with three cycles.
 const HIDDEN: f64 = 4.5;
 
 /// Damping and frequency from a free vibration.
@@ -92,8 +92,9 @@ pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<Dampin
     })
 }
 
-/// Variance of white noise with the mean power that residuals have about a frequency, that of `cycles` in their duration
-/// and of a peak of half the width `spread`. Only this power acts on decay and frequency. Samples in gaps are zero.
+/// Variance of white noise with the mean power that residuals have about a frequency, that of `cycles` in their
+/// duration and of a peak of half the width `spread`. Only this power acts on decay and frequency. Samples in gaps
+/// are zero.
 fn variance_about(residuals: &[f64], samples: f64, cycles: f64, spread: f64) -> Result<f64> {
     let output = spectrum(residuals)?;
     let of = |reach: f64| {
