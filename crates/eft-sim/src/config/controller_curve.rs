@@ -4,11 +4,8 @@
 //! `f(max(x + u, 0)) + f(min(x − u, 0))` at no load, which is continuous and is inverted exactly. An overlap is a
 //! parameter of the controller of its own.
 
-use super::{FlowCurve, RigConfig};
+use super::{FlowCurve, RigConfig, TABLE_CAPACITY};
 use crate::error::{Error, Result};
-
-/// Largest number of points of a flow curve.
-pub const TABLE_CAPACITY: usize = 64;
 
 /// Points closer to each other than this share of their opening are merged.
 const APART: f64 = 1e-6;

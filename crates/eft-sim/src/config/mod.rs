@@ -19,7 +19,6 @@ mod velocity;
 mod zhao2005;
 
 pub use calibrations::Calibrations;
-pub use controller_curve::TABLE_CAPACITY;
 pub(crate) use force_loop::{AtRest, within};
 pub use idle::IdleKey;
 pub use keys::KEYS;
@@ -29,7 +28,7 @@ pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, ForceLoop, Learning,
     Limits, Mode, MotionAt, PowerDamper, Protection, Realization, RigValues, Sensor, SensorFault, Sensors,
     Servovalve, SignFrom, Softening, Stories, Story, Structure, StructureKind, Supply, SupplySchedule,
-    ValveLeakage, VelocitySource, Verdict, VerdictLimits,
+    TABLE_CAPACITY, ValveLeakage, VelocitySource, Verdict, VerdictLimits,
 };
 
 use std::ops::Deref;

@@ -2,7 +2,6 @@
 
 use eft_core::FlowTable;
 
-use crate::config::TABLE_CAPACITY;
 use crate::config::schema::Kind::{Float, Floats};
 use crate::config::schema::Need::{Optional, Required};
 use crate::config::schema::{float, key};
@@ -108,6 +107,9 @@ impl Servovalve {
         self.true_flow_table.as_ref().unwrap_or(&self.flow_table)
     }
 }
+
+/// Largest number of points of a flow curve.
+pub const TABLE_CAPACITY: usize = 64;
 
 section! {
     /// A piecewise linear flow curve through (0, 0).
