@@ -13,6 +13,8 @@ _LEAST = 0.05
 
 def check_force(command: Array, force: Array, most: float) -> None:
     """Refuse a force of another sign or unit: above `most` times the command (rms), or hardly any."""
+    whole = np.isfinite(command) & np.isfinite(force)
+    command, force = command[whole], force[whole]
     sent, answered = float(np.linalg.norm(command)), float(np.linalg.norm(force))
     if sent == 0.0:
         return

@@ -53,6 +53,8 @@ READ = {
     "empty column": "time (s),,acceleration (m/s2)\n" + rows(",,"),
     "column of words": HEADER.replace("\n", ",note\n") + rows(end=",hello\n"),
     "dates": "date," + HEADER + "".join(f"2026-03-01,{row}\n" for row in rows().split()),
+    "dates with points": "date;time (s);acceleration (m/s2)\n"
+    + "".join(f"12.3.2004;{row}\n" for row in commas(rows(";")).split()),
     "preamble": "Test 7 of the lab\nOperator: me\n" + HEADER + rows(),
     "preamble with numbers": "Test;7\nDate;12.3.2004\n\ntime (s);acceleration (m/s2)\n" + commas(rows(";")),
     "MTS": "MTS793|ENU|.|/|:|A\n\nData Header:\tTest 7\tTime:\t0.55\tSec\t12/3/2004 10:12:13 AM\n"

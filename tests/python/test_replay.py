@@ -82,6 +82,16 @@ def test_a_displacement_of_another_sign_or_unit_is_refused(run, factor):
         eft.replay(RIG, Traces("m.csv", measured.sample_rate, columns))
 
 
+@pytest.mark.parametrize("name", ["command", "measured_force", "measured_velocity", "measured_displacement"])
+@pytest.mark.parametrize("lost", [slice(9000, 9003), slice(None)])
+def test_lost_samples_are_no_other_unit(run, name, lost):
+    measured = Traces.from_run(run)
+    signal = measured[name].copy()
+    signal[lost] = np.nan
+    columns = dict(measured.columns) | {name: signal}
+    assert eft.replay(RIG, Traces("m.csv", measured.sample_rate, columns)).time.size > 0
+
+
 def test_an_unstable_test_is_replayed():
     run = eft.simulate(RIG.replace({"servovalve.flow_gain_scale": 1.6}), COMMAND)
     assert not run.verdict.ok

@@ -201,7 +201,7 @@ def _plain(line: str, delimiter: str | None, width: int, gaps: bool) -> str:
     if '"' in line:
         line = line.replace('"', "")
     if delimiter != "," and "," in line:
-        if "." in line:
+        if _has_both_marks(line, delimiter):
             raise ValueError
         line = line.replace(",", ".")
     if delimiter is None:
@@ -219,6 +219,14 @@ def _plain(line: str, delimiter: str | None, width: int, gaps: bool) -> str:
     return line
 
 
+def _has_both_marks(line: str, delimiter: str | None) -> bool:
+    """Whether a row has points and commas in its numbers. A date also contains points, and is no number."""
+    if "," not in line or "." not in line:
+        return False
+    cells = [cell for cell in line.split(delimiter) if "." in cell]
+    return any(_is_number(cell.replace(".", "").replace(",", ".") if "," in cell else cell) for cell in cells)
+
+
 def _row_error(
     source: Path, lines: Iterable[Numbered], layout: _Layout, places: Sequence[int], gaps: bool
 ) -> ValueError:
@@ -229,7 +237,7 @@ def _row_error(
             return ValueError(
                 f"{source}, line {number}: {len(cells)} columns, must be {width} as in the header"
             )
-        if delimiter != "," and "," in line and "." in line:
+        if delimiter != "," and _has_both_marks(line, delimiter):
             return ValueError(
                 f"{source}, line {number}: both `.` and `,` in it; one must be the decimal mark"
             )

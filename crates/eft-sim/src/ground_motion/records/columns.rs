@@ -174,7 +174,9 @@ fn column_of(rows: Rows<'_>, column: usize, width: usize) -> Result<Vec<f64>, Fa
             return Err(Fault::at(row, message));
         }
         let field = fields.get(column).copied().unwrap_or_default();
-        if field.contains(',') && row.text.contains('.') {
+        // A date also contains points, and is no number.
+        let has_point = |other: &&str| other.contains('.') && (*other == field || number(other).is_ok());
+        if field.contains(',') && fields.iter().any(has_point) {
             return Err(Fault::at(row, "both `.` and `,` in it; one must be the decimal mark"));
         }
         // A field contains commas only if they are decimal points.

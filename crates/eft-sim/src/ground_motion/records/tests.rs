@@ -293,6 +293,8 @@ fn names_may_stand_below_a_preamble_and_above_their_units() {
     }
     let both = message("time (s);acc (g)\n0,00;0.5\n0,01;0.6\n", "a.csv");
     assert!(both.contains("line 2: both `.` and `,` in it; one must be the decimal mark"), "{both}");
+    let date = parse(b"date;time (s);acc (g)\n12.3.2004;0,00;0,1\n12.3.2004;0,01;-0,2\n", "a.csv").unwrap();
+    assert_eq!((date.pga(), date.dt), (0.2 * STANDARD_GRAVITY, 0.01));
 }
 
 #[test]
