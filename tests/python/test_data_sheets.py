@@ -99,11 +99,20 @@ def test_one_side_of_a_curve_serves_both():
             ([(0, 0), end], "must end at the opening 1 with a share of 1")
             for end in ((1, 60), (100, 1), (0.5, 0.6))
         ),
+        *(
+            ([begin, (0, 0), (1, 1)], "must begin at the opening -1 or above")
+            for begin in ((-1, -60), (-100, -1))
+        ),
     ],
 )
 def test_a_curve_of_another_form_or_unit_is_refused(curve, says):
     with pytest.raises(ValueError, match=rf"^flow_curve = .*: {says}"):
         eft.servovalve(1e-3, 7e6, 60.0, flow_curve=curve)
+
+
+@pytest.mark.parametrize("curve", [[(-1, -0.5), (0, 0), (1, 1)], [(0.9999999999999999, 1)]])
+def test_an_unequal_spool_and_rounding_are_no_other_unit(curve):
+    assert eft.servovalve(1e-3, 7e6, 60.0, flow_curve=curve)["servovalve.flow_table.flows"][-1] > 0.0
 
 
 def test_a_learned_curve_has_points_in_a_table_without_a_curve():

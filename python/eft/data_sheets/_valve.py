@@ -21,6 +21,9 @@ matters."""
 _FULL = 0.1
 """Largest difference of a curve's flow at full opening from the rated flow, over that flow."""
 
+_ROUNDING = 1e-9
+"""Largest difference of the full opening from 1 by rounding."""
+
 
 def servovalve(
     rated_flow: Value,
@@ -163,9 +166,15 @@ def _curve(given: Sequence[tuple[float, float]] | None) -> tuple[list[float], li
         pairs = sorted({*pairs, (0.0, 0.0), *((-x, -q) for x, q in pairs if x > 0.0)})
     if (0.0, 0.0) not in pairs or pairs[0][0] >= 0.0:
         raise ValueError(f"flow_curve = {given!r}: must pass through (0, 0), with points above it")
-    if pairs[-1][0] != 1.0 or abs(pairs[-1][1] - 1.0) > _FULL:
+    if abs(pairs[-1][0] - 1.0) > _ROUNDING or abs(pairs[-1][1] - 1.0) > _FULL:
         raise ValueError(
             f"flow_curve = {given!r}: must end at the opening 1 with a share of 1, within {_FULL:g}: "
             "shares of the stroke and of rated_flow"
+        )
+    # An unequal spool has less flow on its other side.
+    if pairs[0][0] < -1.0 - _ROUNDING or pairs[0][1] < -1.0 - _FULL:
+        raise ValueError(
+            f"flow_curve = {given!r}: must begin at the opening -1 or above, with a share from "
+            f"{-1.0 - _FULL:g}: shares of the stroke and of rated_flow"
         )
     return [x for x, _ in pairs], [q for _, q in pairs]
