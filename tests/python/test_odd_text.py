@@ -103,6 +103,7 @@ REFUSED = {
     "UTF-16": ((HEADER + rows()).encode("utf-16"), "UTF-16"),
     "no text": ((HEADER + rows()).encode("utf-16-le"), "zero bytes"),
     "no rows": (HEADER, "rows|two samples"),
+    "a measurement above the names": (rows() + HEADER + rows(), "stand above the names"),
     "nothing": ("", "empty|0 lines"),
 }
 

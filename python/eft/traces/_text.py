@@ -28,6 +28,8 @@ _LONGEST = 1024**2
 """Length of the longest line, in characters."""
 _PREAMBLE = 200
 """Number of lines in which the column names must be."""
+_EARLIER_ROWS = 8
+"""Smallest number of rows above the names that count as another measurement and not as a preamble."""
 _PIECE = 1024**2
 """Characters that are parsed at a time."""
 
@@ -89,7 +91,24 @@ def _layout(source: Path, begin: Sequence[Numbered], wanted: Wanted, gaps: bool)
         width, delimiter = len(layout.names), layout.delimiter
         return all(len(_cells(line, delimiter, width)) == width for _, line in begin[layout.first :])
 
-    return next(filter(continues, layouts), layouts[0])
+    layout = next(filter(continues, layouts), layouts[0])
+    _check_nothing_earlier(source, begin[: layout.first], layout)
+    return layout
+
+
+def _check_nothing_earlier(source: Path, earlier: Sequence[Numbered], layout: _Layout) -> None:
+    """Refuse rows of numbers above the names. Of two measurements only the second would be read."""
+    width = len(layout.names)
+    rows = []
+    for number, line in earlier:
+        cells = _cells(line, layout.delimiter, width)
+        if len(cells) == width and all(_is_number(cell.replace(",", ".")) for cell in cells):
+            rows.append(number)
+    if len(rows) >= _EARLIER_ROWS:
+        raise ValueError(
+            f"{source}, line {rows[-1]}: rows of numbers stand above the names of the columns; "
+            "a file must hold one measurement"
+        )
 
 
 def _layouts(begin: Sequence[Numbered], wanted: Wanted, gaps: bool) -> Iterator[_Layout]:

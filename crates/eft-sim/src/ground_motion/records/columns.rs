@@ -13,6 +13,8 @@ const TIME_TOLERANCE: f64 = 0.1;
 const PREAMBLE: usize = 200;
 /// Smallest number of rows whose first column counts as a time if it rises in each of them.
 const RISING_ROWS: usize = 8;
+/// Smallest number of rows above the names that count as another measurement and not as a preamble.
+const EARLIER_ROWS: usize = 8;
 
 /// Reads columns. Step and unit are `None` if the file states none.
 pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
@@ -33,6 +35,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
         return Err(Fault::new("no rows of numbers"));
     };
     let (rows, width) = (Rows(&lines[first..]), fields(&lines[first]).len());
+    check_nothing_earlier(&lines[..first], width)?;
     let names = header.map(|line| names(&line, width)).unwrap_or_default();
     let above = lines[..first].iter().rfind(|line| is_content(line));
     let units = above.filter(|line| header.is_some_and(|header| header.number < line.number));
@@ -88,6 +91,21 @@ fn named(lines: &[Line<'_>]) -> Option<(usize, usize)> {
         let first = is_header(header).then(|| begins(1).or_else(|| begins(2))).flatten();
         first.map(|first| (places[at], first))
     })
+}
+
+/// Refuses rows of numbers above the names: of two measurements in one file only the second would be read.
+fn check_nothing_earlier(lines: &[Line<'_>], width: usize) -> Result<(), Fault> {
+    let is_row = |line: &&Line<'_>| {
+        let row = fields(line);
+        row.len() == width && row.iter().all(|field| number(&field.replace(',', ".")).is_ok())
+    };
+    match Rows(lines).iter().filter(is_row).nth(EARLIER_ROWS - 1) {
+        Some(row) => Err(Fault::at(
+            row,
+            "rows of numbers stand above the names of the columns; a file must hold one measurement",
+        )),
+        None => Ok(()),
+    }
 }
 
 /// The rows of numbers among some lines. A vector of them would take megabytes of a large file.
