@@ -90,7 +90,7 @@ impl RigConfig {
         let [(pulled, slope), (pushed, slope_back)] = curve.around(lap)?;
         let (slope, slope_back) = (pulling * slope, pushing * slope_back);
         // Within an underlap the other side passes its flow as well.
-        let both = within(lap, OSCILLATION);
+        let both = gain_within_limit(lap, OSCILLATION);
         let (pull, push) = (slope + both * slope_back, slope_back + both * slope);
         // −∂Q_L/∂P_L of the two square roots; that of the pushing side contains the area ratio.
         let ports = pulling * pulled - pushing * pushed / self.actuator.area_ratio;
@@ -172,7 +172,7 @@ impl RigConfig {
 }
 
 /// The describing function (1) of the part of a sine with this amplitude that is within a limit.
-pub(crate) fn within(limit: f64, amplitude: f64) -> f64 {
+pub(crate) fn gain_within_limit(limit: f64, amplitude: f64) -> f64 {
     let share = limit / amplitude;
     if share >= 1.0 {
         return 1.0;

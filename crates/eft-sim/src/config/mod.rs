@@ -19,7 +19,7 @@ mod velocity;
 mod zhao2005;
 
 pub use calibrations::Calibrations;
-pub(crate) use force_loop::{AtRest, within};
+pub(crate) use force_loop::{AtRest, gain_within_limit};
 pub use idle::IdleKey;
 pub use keys::KEYS;
 pub use quantity::{dimension, quantity, units_of};

@@ -4,7 +4,7 @@ use std::f64::consts::{SQRT_2, TAU};
 
 use crate::analysis::linear::{Complex, FlowGain, disturbed};
 use crate::analysis::prediction::signals::{Signals, Transform, outputs};
-use crate::config::{RigConfig, within};
+use crate::config::{RigConfig, gain_within_limit};
 use crate::error::Result;
 use crate::state_space::AT_REST;
 
@@ -61,7 +61,8 @@ impl Oscillation {
         let of = |quantity: usize, actuator: usize| shape[(quantity * actuators + actuator, 0)].norm();
         let most = (0..actuators).map(|i| of(2, i)).fold(0.0, f64::max);
         // Harmonic balance: the gain of the valve for a sine of this amplitude, `underlap` over `share`.
-        let share = bisected([0.0, 1.0], SHARE_STEPS, |share| Ok(1.0 + within(share, 1.0) > gain))?;
+        let share =
+            bisected([0.0, 1.0], SHARE_STEPS, |share| Ok(1.0 + gain_within_limit(share, 1.0) > gain))?;
         let scale = underlap / share / most;
         let amplitudes = (0..actuators).map(|i| [scale * of(0, i), scale * of(1, i)]).collect();
         let frequency = fastest.pole.im.abs() / TAU;

@@ -4,7 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use crate::analysis::linear::{FlowGain, Time, delay_budget, linearize};
 use crate::analysis::prediction::nonlinear::NOTICED;
-use crate::config::{RigConfig, within};
+use crate::config::{RigConfig, gain_within_limit};
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 
@@ -109,7 +109,7 @@ fn sustained(rig: &RigConfig, sample_rate: f64) -> Result<f64> {
     // From large oscillations to small ones: the first that grows is the one that lasts.
     for i in 1..20 {
         let y = f64::from(i) / 20.0;
-        let passed = 1.0 - within(y, 1.0);
+        let passed = 1.0 - gain_within_limit(y, 1.0);
         let softer = oil / (1.0 / passed - 1.0);
         let series = actuator.attachment_stiffness.map_or(softer, |own| 1.0 / (1.0 / own + 1.0 / softer));
         let soft = rig.varied(|values| values.actuator.attachment_stiffness = Some(series));
