@@ -4,7 +4,7 @@ use eft_sim::records::{ReadOptions, Unit, parse, parse_with};
 
 /// Reads a file without options, and again with all options.
 pub fn a_record_is_sound_or_an_error(bytes: &[u8], file_name: &str) {
-    let everything = ReadOptions { dt: Some(0.01), unit: Some(Unit::Gravity), channel: Some(1) };
+    let everything = ReadOptions { dt: Some(0.01), unit: Some(Unit::GRAVITY), channel: Some(1) };
     for answer in [parse(bytes, file_name), parse_with(bytes, file_name, &everything)] {
         match answer {
             Ok(record) => {

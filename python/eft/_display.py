@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from eft._native import quantity
 
@@ -24,37 +24,25 @@ class Shown(NamedTuple):
         return f"{value * self.factor:{form}} {self.unit}".rstrip()
 
 
-_UNITS: dict[UnitSystem, dict[str, tuple[str, str]]] = {
-    "si": {
-        "force": ("kN", "N"), "length": ("mm", "m"), "velocity": ("m/s", "m/s"), "mass": ("kg", "kg"),
-        "acceleration": ("m/s²", "m/s²"), "pressure": ("MPa", "Pa"), "flow": ("L/min", "m³/s"),
-        "power": ("kW", "W"), "stiffness": ("N/m", "N/m"), "damping": ("N·s/m", "N·s/m"),
-    },
-    "us": {
-        "force": ("kip", "N"), "length": ("in", "m"), "velocity": ("in/s", "m/s"), "mass": ("lb", "kg"),
-        "acceleration": ("g", "m/s²"), "pressure": ("psi", "Pa"), "flow": ("gpm", "m³/s"),
-        "power": ("hp", "W"), "stiffness": ("kip/in", "N/m"), "damping": ("kip·s/in", "N·s/m"),
-    },
+_UNITS = {
+    "force": ("N", "kN", "kip"), "length": ("m", "mm", "in"), "velocity": ("m/s", "m/s", "in/s"),
+    "mass": ("kg", "kg", "lb"), "acceleration": ("m/s²", "m/s²", "g"), "pressure": ("Pa", "MPa", "psi"),
+    "flow": ("m³/s", "L/min", "gpm"), "power": ("W", "kW", "hp"), "stiffness": ("N/m", "N/m", "kip/in"),
+    "damping": ("N·s/m", "N·s/m", "kip·s/in"), "time": ("s", "s", "s"), "voltage": ("V", "V", "V"),
+    "ratio": ("1", "%", "%"),
 }  # fmt: skip
-"""The unit in which each quantity is shown, and its SI unit."""
+"""The SI unit of each quantity, and its unit in each system."""
 
-_HORSEPOWER = "550 ft·lbf/s"
-_SYSTEMS = {
+_SYSTEMS: dict[UnitSystem, dict[str, Shown]] = {
     system: {
-        name: Shown(unit, 1.0 / quantity(name, _HORSEPOWER if unit == "hp" else f"1 {unit}", si))
-        for name, (unit, si) in units.items()
+        name: Shown(units[at], 1.0 / quantity(name, f"1 {units[at]}", units[0]))
+        for name, units in _UNITS.items()
     }
-    for system, units in _UNITS.items()
+    for at, system in enumerate(get_args(UnitSystem), 1)
 }
-_COMMON = {
-    "time": Shown("s", 1.0),
-    "voltage": Shown("V", 1.0),
-    "ratio": Shown("%", 1e2),
-}
-_DIMENSIONS = {
-    "N": "force", "m": "length", "m/s": "velocity", "m/s²": "acceleration", "m/s2": "acceleration",
-    "Pa": "pressure", "m³/s": "flow", "m3/s": "flow", "kg": "mass", "W": "power", "s": "time", "V": "voltage",
-    "1": "ratio", "N/m": "stiffness", "N·s/m": "damping",
+_NAMES = {
+    spelling: name for name, (si, *_) in _UNITS.items()
+    for spelling in (si, si.replace("²", "2").replace("³", "3"))
 }  # fmt: skip
 """The quantity with an SI unit."""
 
@@ -124,7 +112,4 @@ def current_units() -> UnitSystem:
 
 def shown(quantity: str, system: UnitSystem | None = None) -> Shown:
     """The unit of a quantity such as ``force``, or of an SI unit such as ``N``."""
-    name = _DIMENSIONS.get(quantity, quantity)
-    if name in _COMMON:
-        return _COMMON[name]
-    return _SYSTEMS[system or _current].get(name, Shown(quantity, 1.0))
+    return _SYSTEMS[system or _current].get(_NAMES.get(quantity, quantity), Shown(quantity, 1.0))

@@ -80,6 +80,8 @@ __all__ = [
     "tapered",
     "trace_table",
     "trip_causes",
+    "unit_factor",
+    "units_of",
     "valve_test",
     "worst",
 ]
@@ -397,6 +399,8 @@ class Controller:
 
 def quantity(name: str, value: float | str, unit: str) -> float: ...
 def rig_keys() -> list[_Key]: ...
+def unit_factor(unit: str, si: str) -> float | None: ...
+def units_of(si: str) -> str: ...
 def sine_sweep(
     amplitude: float, f_start: float, f_end: float, duration: float, sample_rate: float
 ) -> Command: ...

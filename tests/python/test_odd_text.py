@@ -65,7 +65,7 @@ READ = {
 
 TIMES = {
     "s": 1.0, "secs": 1.0, "ms": 1e-3, "msec": 1e-3, "milliseconds": 1e-3, "us": 1e-6, "µs": 1e-6,
-    "microseconds": 1e-6, "min": 60.0, "minutes": 60.0,
+    "microseconds": 1e-6, "min": 60.0, "minutes": 60.0, "h": 3600.0,
 }  # fmt: skip
 ACCELERATIONS = {
     "g": 9.80665, "G": 9.80665, "g's": 9.80665, "gal": 0.01, "Gals": 0.01, "cm/s²": 0.01, "cm/sec/sec": 0.01,
@@ -96,8 +96,8 @@ REFUSED = {
     "no unit": ("time (s),acceleration\n" + rows(), "`acceleration` names no unit"),
     "unknown unit": ("time (s),acceleration (% g)\n" + rows(), "`?acceleration \\(% g\\)`"),
     "unknown unit of time": (
-        "time (h),acceleration (g)\n" + rows(),
-        "unit `h` of .*time: must be one of s, ms",
+        "time (ns),acceleration (g)\n" + rows(),
+        "unit `ns` of .*time: must be one of s, ms",
     ),
     "two accelerations": (HEADER.replace("\n", ",acceleration (g)\n") + rows(end=",1\n"), "acceleration"),
     "UTF-16": ((HEADER + rows()).encode("utf-16"), "UTF-16"),

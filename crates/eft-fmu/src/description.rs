@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use eft_sim::config::dimension;
+use eft_sim::units::dimension;
 use eft_sim::{Error, Result, RigConfig};
 
 use crate::model::{Model, Part};

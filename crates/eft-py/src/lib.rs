@@ -62,6 +62,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<plant::PlantState>()?;
     module.add_function(wrap_pyfunction!(rig::rig_keys, module)?)?;
     module.add_function(wrap_pyfunction!(rig::quantity, module)?)?;
+    module.add_function(wrap_pyfunction!(rig::unit_factor, module)?)?;
+    module.add_function(wrap_pyfunction!(rig::units_of, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::sine_sweep, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::effective_force, module)?)?;
     module.add_function(wrap_pyfunction!(excitation::read_record, module)?)?;

@@ -18,6 +18,7 @@ mod lanes;
 pub mod metrics;
 pub mod plant;
 mod state_space;
+pub mod units;
 
 pub use analysis::{Unreached, feasibility, growth_until_learned, guarded, learned, linear, prediction};
 pub use closed_loop::{IdealResponse, SimulateOptions, TestRun, ideal_response, simulate};

@@ -9,10 +9,9 @@ import click
 
 import eft
 from eft._files import atomic_write, write_text
-from eft._native import quantity
 from eft._study._values import kind_of, value_in_effect
 from eft._test_file import read_rig
-from eft.cli._output import FILE, as_json, emit_json, epilog, json_text, settings, units_option
+from eft.cli._output import FILE, as_json, emit_json, epilog, in_si, json_text, settings, units_option
 from eft.traces._write import check_folder
 
 _PICTURES = (".png", ".svg", ".pdf")
@@ -111,18 +110,10 @@ def _axis(option: str, given: tuple[str, str, str, int], rig: eft.Rig) -> tuple[
     key, *bounds, count = given
     if not 2 <= count <= 10_000:
         raise click.UsageError(f"{option} {key}: {count} points: must be from 2 to 10000")
-    low, high = (_bound(f"{option} {key}", bound, kind_of(key, rig).unit) for bound in bounds)
+    low, high = (in_si(f"{option} {key}", bound, kind_of(key, rig).unit) for bound in bounds)
     if not low < high < float("inf") or low == float("-inf"):
         raise click.UsageError(f"{option} {key}: {low:g} to {high:g}: low must lie below high, both finite")
     return key, [low + (high - low) * i / (count - 1) for i in range(count)]
-
-
-def _bound(name: str, text: str, unit: str) -> float:
-    """A number in SI units, or with its unit."""
-    try:
-        return float(text)
-    except ValueError:
-        return quantity(name, text, unit)
 
 
 def _plain(found: eft.linear.StabilityMap) -> dict[str, Any]:

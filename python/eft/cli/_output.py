@@ -21,18 +21,20 @@ F = TypeVar("F", bound=Callable[..., Any])
 FILE = click.Path(path_type=Path)
 
 
+def in_si(name: str, text: str, unit: str) -> float:
+    """A number in an SI unit, or a text with its unit as in a rig file."""
+    try:
+        return float(text)
+    except ValueError:
+        return quantity(name, text, unit)
+
+
 def amount(unit: str) -> Callable[[click.Context, click.Parameter, str | None], float | None]:
-    """Callback of an option that takes a number in an SI unit, or a text with its unit as in a rig file."""
+    """Callback of an option that takes a value as `in_si` does."""
 
     def parse(ctx: click.Context, param: click.Parameter, value: str | None) -> float | None:
-        if value is None:
-            return None
         try:
-            return float(value)
-        except ValueError:
-            pass
-        try:
-            return quantity(param.opts[0], value, unit)
+            return None if value is None else in_si(param.opts[0], value, unit)
         except ValueError as error:
             raise click.UsageError(str(error), ctx) from None
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from eft._native import units_of
 from eft._numbers import real_number
 from eft._read_only import ReadOnly, read_only
 from eft.traces._clock import FASTEST, SLOWEST, clock
-from eft.traces._units import QUANTITIES, allowed_units, checked_quantity, is_unit_of, parse_header, to_si
+from eft.traces._units import QUANTITIES, checked_quantity, is_unit_of, parse_header, si_unit, to_si
 
 if TYPE_CHECKING:
     from eft import Rig, TestRun
@@ -203,13 +204,13 @@ class Traces(ReadOnly):
 
 def _factor(name: str, header: str, quantity: str, unit: str | None, rig: Rig | None) -> float:
     if unit is None or not unit.strip():
-        if QUANTITIES[quantity].dimension == "ratio":
+        si = si_unit(quantity)
+        if si == "1":
             return 1.0
-        allowed = allowed_units(quantity)
         raise ValueError(
-            f'{name}: column `{header}` names no unit: give units={{"{quantity}": "{allowed[0]}"}} '
-            f"(`--unit {quantity}={allowed[0]}`), or write it after the name, as in `force (kN)`; "
-            f"allowed are {', '.join(allowed)}"
+            f'{name}: column `{header}` names no unit: give units={{"{quantity}": "{si}"}} '
+            f"(`--unit {quantity}={si}`), or write it after the name, as in `force (kN)`; "
+            f"allowed are {units_of(si)}"
         )
     if quantity == "spool" and is_unit_of("valve_command", unit):
         if rig is None:

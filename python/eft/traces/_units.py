@@ -4,101 +4,37 @@ from __future__ import annotations
 
 import difflib
 import re
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from eft._native import quantity as si_value
+from eft._native import unit_factor, units_of
 from eft._table import TRACES
 
-_SI = {
-    "time": "s", "force": "N", "length": "m", "velocity": "m/s", "acceleration": "m/s2", "pressure": "Pa",
-    "flow": "m3/s", "voltage": "V", "ratio": "1",
-}  # fmt: skip
-"""The SI unit of each quantity."""
 
-_NAMES_OF = {
-    "time": "s ms µs us min",
-    "force": "N kN MN kgf tf lbf lb kip",
-    "length": "m cm mm in inch ft",
-    "velocity": "m/s cm/s mm/s in/s ft/s",
-    "acceleration": "g m/s2 cm/s2 mm/s2 in/s2 ft/s2",
-    "pressure": "Pa kPa MPa bar kgf/cm2 psi ksi",
-    "flow": "m3/s L/s L/min lpm gpm in3/s",
-    "voltage": "V mV",
-    "ratio": "1 - %",
-}
-"""Names in headers of laboratories."""
-
-_OTHER_NAMES = {
-    "acceleration": "gal",
-    "length": "inches",
-    "time": "minute",
-    "voltage": "volt",
-    "ratio": "percent",
-}
-"""Further names, which messages leave out."""
-
-_MEANT = {
-    "lb": "lbf", "inch": "in", "inches": "in", "gal": "cm/s2", "-": "1", "minute": "min", "volt": "V",
-    "percent": "%",
-}  # fmt: skip
-"""Names that the rig's table of units lacks, or has with another meaning, as `lb` for a mass."""
-
-_SIGNS = str.maketrans({"²": "2", "³": "3", "¹": "1", "⁻": "-", "μ": "µ"} | dict.fromkeys("^*·. "))
-_SPELLINGS = tuple(
-    (re.compile(pattern, re.IGNORECASE), written)
-    for pattern, written in (
-        (r"sec(onds?|s)?$|sec(?=[/2\-])", "s"),
-        (r"^milli(?=s)", "m"),
-        (r"^micro(?=s)", "u"),
-        (r"/s/s$", "/s2"),
-        (r"^(m|cm|mm|in|ft)s-2$", r"\1/s2"),
-        (r"^(m|cm|mm|in|ft)s-1$", r"\1/s"),
-        (r"^(m3?|cm|mm|in|ft)ps(2?)$", r"\1/s\2"),
-        (r"^(g)'s$", r"\1"),
-    )
-)
-"""Other spellings of units, and the known ones."""
-
-
-def _factors(dimension: str, names: str) -> dict[str, float]:
-    """Factor of each name to SI, from the table of units for the keys of a rig."""
-    si = _SI[dimension]
-    return {name: si_value(name, f"1 {_MEANT.get(name, name)}", si) for name in names.split()}
-
-
-_UNITS = {dimension: _factors(dimension, names) for dimension, names in _NAMES_OF.items()}
-_KNOWN = {
-    dimension: units | _factors(dimension, _OTHER_NAMES.get(dimension, ""))
-    for dimension, units in _UNITS.items()
-}
-
-
-@dataclass(frozen=True)
-class Quantity:
+class Quantity(NamedTuple):
     """Quantities of a column."""
 
-    dimension: str
-    aliases: tuple[str, ...]
+    unit: str
+    """SI unit."""
+    aliases: tuple[str, ...] = ()
 
 
 QUANTITIES = {
-    "time": Quantity("time", ("t", "elapsed time", "x value")),
-    "command": Quantity("force", ("force command", "command force", "reference", "reference force", "cmd")),
-    "force": Quantity("force", ("load", "actuator force", "f")),
-    "displacement": Quantity("length", ("disp", "stroke", "x")),
-    "velocity": Quantity("velocity", ("vel", "v")),
-    "acceleration": Quantity("acceleration", ("acc", "accel", "a")),
-    "spool": Quantity("ratio", ("spool opening", "opening")),
-    "load_pressure": Quantity("pressure", ("differential pressure", "delta p")),
-    "supply_pressure": Quantity("pressure", ("supply",)),
-    "flow": Quantity("flow", ("q",)),
-    "valve_command": Quantity("voltage", ("valve", "servo command")),
-    "compensation": Quantity("voltage", ()),
+    "time": Quantity("s", ("t", "elapsed time", "x value")),
+    "command": Quantity("N", ("force command", "command force", "reference", "reference force", "cmd")),
+    "force": Quantity("N", ("load", "actuator force", "f")),
+    "displacement": Quantity("m", ("disp", "stroke", "x")),
+    "velocity": Quantity("m/s", ("vel", "v")),
+    "acceleration": Quantity("m/s2", ("acc", "accel", "a")),
+    "spool": Quantity("1", ("spool opening", "opening")),
+    "load_pressure": Quantity("Pa", ("differential pressure", "delta p")),
+    "supply_pressure": Quantity("Pa", ("supply",)),
+    "flow": Quantity("m3/s", ("q",)),
+    "valve_command": Quantity("V", ("valve", "servo command")),
+    "compensation": Quantity("V"),
 }
-_DIMENSIONS = {unit.replace("1", ""): name for name, unit in _SI.items()}
 # The other traces of a run, by their own names only.
 QUANTITIES |= {
-    name: Quantity(_DIMENSIONS[trace.unit.replace("²", "2")], ())
+    name: Quantity(trace.unit.replace("²", "2") or "1")
     for name, trace in TRACES.items()
     if name not in QUANTITIES
 }
@@ -106,8 +42,7 @@ QUANTITIES |= {
 _NAMES = {alias: name for name, quantity in QUANTITIES.items() for alias in (name, *quantity.aliases)}
 _LONGEST_NAME = 200
 """Largest length of a name with a quantity."""
-_BY_DIMENSION = {quantity.dimension: name for name, quantity in QUANTITIES.items()}.values()
-"""One quantity of each dimension."""
+_UNITS = {quantity.unit for quantity in QUANTITIES.values()}
 _CHANNEL = re.compile(
     r"^\s*(?:ch(?:annel)?\s?\d+\s)?\s*(?:axial\s)?\s*|\s+(?:feedback|fbk)\s*$", re.IGNORECASE
 )
@@ -117,29 +52,16 @@ _BRACKETS = re.compile(r"(?P<name>[^(\[]*+)[(\[](?P<unit>[^)\]]*+)[)\]]")
 
 def si_unit(quantity: str) -> str:
     """The SI unit of a quantity."""
-    return _SI[QUANTITIES[quantity].dimension]
-
-
-def allowed_units(quantity: str) -> tuple[str, ...]:
-    """The allowed units of a quantity."""
-    return tuple(_UNITS[QUANTITIES[quantity].dimension])
+    return QUANTITIES[quantity].unit
 
 
 def to_si(quantity: str, unit: str) -> float:
     """Factor from `unit` to SI; a ValueError names what is allowed."""
-    dimension = QUANTITIES[quantity].dimension
-    known = _KNOWN[dimension]
-    plain = unit.strip().translate(_SIGNS)
-    for spelling, written in _SPELLINGS:
-        plain = spelling.sub(written, plain)
-    for candidate in (plain, plain.removesuffix("s") if len(plain) > 2 else plain, plain.removesuffix("es")):
-        if candidate in known:
-            return known[candidate]
-        folded = [name for name in known if name.lower() == candidate.lower()]
-        # mN and MN differ by 10⁹, so the letter case is free only for units without such a pair.
-        if len(folded) == 1 and candidate.lower() not in ("mn", "mpa", "mv"):
-            return known[folded[0]]
-    raise ValueError(f"unit `{unit}` of {quantity}: must be one of {', '.join(_UNITS[dimension])}")
+    si = si_unit(quantity)
+    factor = unit_factor(unit, si)
+    if factor is None:
+        raise ValueError(f"unit `{unit}` of {quantity}: must be one of {units_of(si)}")
+    return factor
 
 
 def quantity_of(name: str) -> str | None:
@@ -179,16 +101,12 @@ def parse_header(header: str) -> tuple[str | None, str | None, str]:
 
 def is_unit(text: str) -> bool:
     """Whether a text is a unit of some quantity."""
-    return any(is_unit_of(quantity, text) for quantity in _BY_DIMENSION)
+    return any(unit_factor(text, si) is not None for si in _UNITS)
 
 
 def is_unit_of(quantity: str, unit: str) -> bool:
     """Whether a text is a unit of a quantity."""
-    try:
-        to_si(quantity, unit)
-    except ValueError:
-        return False
-    return True
+    return unit_factor(unit, si_unit(quantity)) is not None
 
 
 def checked_quantity(name: str) -> str:

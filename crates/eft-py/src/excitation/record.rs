@@ -299,7 +299,7 @@ pub(crate) fn read_record(
             refuse(
                 "unit",
                 format!("{name:?}"),
-                format!("must be a unit of acceleration: {}", records::Unit::NAMES.join(", ")),
+                format!("must be a unit of acceleration: {}", eft_sim::units::units_of("m/s2")),
             )
         })?),
     };

@@ -1,6 +1,7 @@
 //! The schema of the configuration, and values with their units.
 
 use eft_sim::config::{KEYS, Key, Kind, Need, Preset};
+use eft_sim::units;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -58,17 +59,29 @@ pub(crate) fn rig_keys(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     believed.chain(of_the_plant.map(|key| row(key, &format!("truth.{}", key.key), true))).collect()
 }
 
+/// Return one of a unit that a column of measurements names, in the SI unit of the quantity.
+#[pyfunction]
+pub(crate) fn unit_factor(unit: &str, si: &str) -> Option<f64> {
+    units::factor_of_column(unit, si)
+}
+
+/// Return the units of the dimension of an SI unit, for messages.
+#[pyfunction]
+pub(crate) fn units_of(si: &str) -> String {
+    units::units_of(si)
+}
+
 /// Return a value in SI units from a number or a text such as ``"12 t"``.
 #[pyfunction]
 pub(crate) fn quantity(name: &str, value: &Bound<'_, PyAny>, unit: &str) -> PyResult<f64> {
     let found = match value.extract::<String>() {
-        Ok(text) => eft_sim::config::quantity(&text, unit),
+        Ok(text) => units::quantity(&text, unit),
         Err(_) => value.extract::<f64>().ok(),
     };
     let of = if unit.is_empty() {
         String::new()
     } else {
-        format!(" in {unit}, or a text with a number and a unit such as {}", eft_sim::config::units_of(unit))
+        format!(" in {unit}, or a text with a number and a unit such as {}", units::units_of(unit))
     };
     found.filter(|number| number.is_finite()).ok_or_else(|| {
         crate::errors::refuse(

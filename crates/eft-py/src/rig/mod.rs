@@ -4,7 +4,7 @@ mod given;
 mod keys;
 
 pub(crate) use given::{GivenRig, check_rig};
-pub(crate) use keys::{quantity, rig_keys};
+pub(crate) use keys::{quantity, rig_keys, unit_factor, units_of};
 
 use std::path::PathBuf;
 

@@ -6,9 +6,9 @@ use eft_core::Short;
 use toml::{Table, Value};
 
 use super::calibrations::{CALIBRATION, VERSION};
-use super::quantity::{quantity, units_of};
 use super::schema::{Key, Kind, Need, PLANT};
 use super::{KEYS, tree};
+use crate::units::{quantity, units_of};
 use crate::{Error, Result, checks};
 
 /// Sections that are given whole or not at all.

@@ -9,7 +9,6 @@ mod controller_curve;
 mod force_loop;
 mod idle;
 mod keys;
-mod quantity;
 mod schema;
 mod section;
 mod sections;
@@ -22,7 +21,6 @@ pub use calibrations::Calibrations;
 pub(crate) use force_loop::{AtRest, gain_within_limit};
 pub use idle::IdleKey;
 pub use keys::KEYS;
-pub use quantity::{dimension, quantity, units_of};
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
     Actuator, BoucWen, Compensation, Controller, Dac, FaultKind, FaultSignal, FlowCurve, ForceLoop, Learning,

@@ -89,5 +89,5 @@ fn unit_of(header: &[Line<'_>]) -> Result<Unit, Fault> {
         let word = rest.split([' ', ',', ';']).next().unwrap_or_default();
         return Unit::known(word, line, "");
     }
-    Ok(Unit::Gravity)
+    Ok(Unit::GRAVITY)
 }

@@ -3,6 +3,7 @@
 use super::Unit;
 use super::numbers::{number, shown};
 use super::text::{Fault, Line};
+use crate::units;
 
 /// Largest relative difference between a stated step and the step of the times.
 const STEP_TOLERANCE: f64 = 1e-3;
@@ -97,7 +98,8 @@ impl Declared {
                     let bare = value.trim_end_matches(|c: char| c.is_ascii_alphabetic());
                     let dt = number(bare).map_err(|message| Fault::at(line, format!("dt: {message}")))?;
                     let unit = if bare.len() < value.len() { &value[bare.len()..] } else { after };
-                    let dt = if unit == "ms" { dt * 1e-3 } else { dt };
+                    // After a number `min` may be another key.
+                    let dt = units::factor(unit, "s").filter(|one| *one < 1.0).map_or(dt, |one| dt * one);
                     if dt <= 0.0 {
                         return Err(Fault::at(line, format!("dt = {dt}: must be positive, in s")));
                     }
@@ -193,18 +195,11 @@ pub(super) fn is_unit_line(names: &[&str], units: &[&str]) -> bool {
 
 /// Length of the unit that a time column names after its first word, in s; 1 if it names none.
 fn time_unit_of(name: &str) -> Result<f64, String> {
-    let length = |unit: &str| match unit {
-        "s" | "sec" | "secs" | "second" | "seconds" => Some(1.0),
-        "ms" | "msec" | "millisecond" | "milliseconds" => Some(1e-3),
-        "us" | "µs" | "μs" | "usec" | "microsecond" | "microseconds" => Some(1e-6),
-        "min" | "minute" | "minutes" => Some(60.0),
-        _ => None,
-    };
-    let unit = words(name).iter().skip(1).find_map(|word| length(word));
+    let unit = words(name).iter().skip(1).find_map(|word| units::factor(word, "s"));
     match (unit, in_brackets(name).next()) {
         (None, Some(unknown)) => {
             let unknown = shown(unknown);
-            Err(format!("unit `{unknown}` of the time: must be one of s, ms, us, min"))
+            Err(format!("unit `{unknown}` of the time: must be one of {}", units::units_of("s")))
         }
         (unit, _) => Ok(unit.unwrap_or(1.0)),
     }

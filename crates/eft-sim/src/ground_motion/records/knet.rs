@@ -35,7 +35,7 @@ pub(super) fn parse(lines: &[Line<'_>]) -> Result<Draft, Fault> {
     values.iter_mut().for_each(|value| *value = (*value - mean) * factor);
     let text = |key| find(lines, key).map(|(_, text)| text);
     let name = block::joined([text("station code"), text("dir.")]);
-    let unit = Some(Unit::CentimetrePerSecondSquared);
+    let unit = Unit::from_name("cm/s2");
     Ok(Draft { name, values, dt: Some(1.0 / rate), unit, column: None })
 }
 

@@ -2,7 +2,7 @@
 
 use super::text::{self, Fault, Line};
 use super::{Draft, Record, Unit, at2, block, columns, cosmos_v2, csmip_v2, knet};
-use crate::{Error, files};
+use crate::{Error, files, units};
 use std::path::Path;
 
 /// The largest file that is read, in bytes: 24 MiB, about two million points.
@@ -163,14 +163,14 @@ fn agreed_unit(draft: &Draft, given: Option<Unit>, suffix: &str) -> Result<Unit,
             Err(Fault::new(format!("is in {}, but the unit given is {}", found.name(), given.name())))
         }
         (Some(unit), _) | (None, Some(unit)) => Ok(unit),
-        (None, None) if suffix == "at2" => Ok(Unit::Gravity),
+        (None, None) if suffix == "at2" => Ok(Unit::GRAVITY),
         (None, None) => {
             let column = draft.column.as_deref().unwrap_or("the record");
             let none = if column.contains(['(', '[']) { "no known unit" } else { "no unit" };
             Err(Fault::new(format!(
                 "{column} names {none}: give unit=\"g\" (`--unit g`), or write it after the name, as in \
                  `acceleration (g)`; allowed are {}",
-                Unit::NAMES.join(", "),
+                units::units_of("m/s2"),
             )))
         }
     }

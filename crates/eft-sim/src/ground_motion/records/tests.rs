@@ -189,7 +189,7 @@ fn a_message_quotes_only_a_short_part_of_the_file() {
 
 #[test]
 fn the_caller_gives_what_the_file_omits() {
-    let options = ReadOptions { dt: Some(0.02), unit: Some(Unit::Gravity), channel: None };
+    let options = ReadOptions { dt: Some(0.02), unit: Some(Unit::GRAVITY), channel: None };
     let record = parse_with(b"0.1 0.2 0.3\n0.4\n", "rows.txt", &options).unwrap();
     assert_eq!((record.acceleration.len(), record.dt), (4, 0.02));
     assert_eq!(record.acceleration[3], 0.4 * STANDARD_GRAVITY);
@@ -213,7 +213,7 @@ fn a_unit_is_never_guessed() {
         let text = message(content, "x.csv");
         assert!(text.starts_with("x.csv: ") && text.contains(column), "{text}");
         assert!(text.contains("unit=\"g\"") && text.contains("--unit g"), "{text}");
-        let options = ReadOptions { unit: Some(Unit::Gravity), ..ReadOptions::default() };
+        let options = ReadOptions { unit: Some(Unit::GRAVITY), ..ReadOptions::default() };
         let record = parse_with(content.as_bytes(), "x.csv", &options).unwrap();
         assert_eq!(record.pga(), 0.2 * STANDARD_GRAVITY, "{content}");
     }
@@ -236,7 +236,10 @@ fn the_unit_of_a_time_column_is_used_or_refused() {
         }
     }
     let refused = message("Time (ns),acc (g)\n0,0\n1,1\n", "x.csv");
-    assert!(refused.contains("line 1: unit `ns` of the time: must be one of s, ms, us, min"), "{refused}");
+    assert!(
+        refused.contains("line 1: unit `ns` of the time: must be one of s, ms, µs, us, min, h"),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -299,7 +302,7 @@ fn names_may_stand_below_a_preamble_and_above_their_units() {
 
 #[test]
 fn a_time_among_columns_without_names_is_no_acceleration() {
-    let options = ReadOptions { dt: Some(0.01), unit: Some(Unit::Gravity), channel: None };
+    let options = ReadOptions { dt: Some(0.01), unit: Some(Unit::GRAVITY), channel: None };
     let rows: String = (0..8).map(|i| format!("{} {} 0\n", 0.01 * f64::from(i), i % 3)).collect();
     let refused = parse_with(rows.as_bytes(), "x.txt", &options).unwrap_err().to_string();
     assert!(refused.contains("the first of 3 columns rises in every row"), "{refused}");

@@ -1,62 +1,38 @@
-//! Units of acceleration and their names in files.
+//! Units of acceleration in files.
 
 use super::numbers::shown;
 use super::text::{Fault, Line};
+use crate::units;
 
-/// Standard gravity in m/s², for the conversion of records in units of g.
-pub const STANDARD_GRAVITY: f64 = 9.80665;
+pub use crate::units::STANDARD_GRAVITY;
+
+/// The SI unit of acceleration.
+const SI: &str = "m/s2";
 
 /// A unit of acceleration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unit {
-    /// Standard gravity, 9.80665 m/s².
-    Gravity,
-    /// m/s².
-    MetrePerSecondSquared,
-    /// cm/s², also called gal.
-    CentimetrePerSecondSquared,
-    /// mm/s².
-    MillimetrePerSecondSquared,
-    /// in/s².
-    InchPerSecondSquared,
-    /// ft/s².
-    FootPerSecondSquared,
-}
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit(f64);
 
 impl Unit {
-    /// A name of each unit, in their order, for messages.
-    pub const NAMES: [&'static str; 6] = ["g", "m/s2", "cm/s2", "mm/s2", "in/s2", "ft/s2"];
+    /// Standard gravity, 9.80665 m/s².
+    pub const GRAVITY: Self = Self(STANDARD_GRAVITY);
 
-    /// The name in [`Self::NAMES`].
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
+    /// A customary name.
+    pub(super) fn name(self) -> String {
+        let same = |name: &&str| Self::from_name(name) == Some(self);
+        units::units_of(SI).split(", ").filter(same).last().map_or(format!("{} {SI}", self.0), Into::into)
     }
 
     /// One of this unit, in m/s².
     #[must_use]
     pub const fn in_metres_per_second_squared(self) -> f64 {
-        [STANDARD_GRAVITY, 1.0, 1e-2, 1e-3, 0.0254, 0.3048][self as usize]
+        self.0
     }
 
     /// The unit of a name such as `g`, `cm/sec/sec`, `m/s^2`, `mps2` or `gal`; letter case is ignored.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        let mut plain = name.trim().to_lowercase().replace("sec", "s").replace("⁻²", "-2").replace('²', "2");
-        plain.retain(|c| {
-            !c.is_whitespace() && !matches!(c, '^' | '*' | '_' | '(' | ')' | '[' | ']' | '.' | '·')
-        });
-        Some(match plain.as_str() {
-            "g" | "gs" | "g's" => Self::Gravity,
-            "m/s2" | "m/s/s" | "mps2" | "ms2" | "ms-2" => Self::MetrePerSecondSquared,
-            "cm/s2" | "cm/s/s" | "cmps2" | "cms2" | "cms-2" | "gal" | "gals" => {
-                Self::CentimetrePerSecondSquared
-            }
-            "mm/s2" | "mm/s/s" | "mmps2" | "mms2" | "mms-2" => Self::MillimetrePerSecondSquared,
-            "in/s2" | "in/s/s" | "inps2" | "ins2" | "ins-2" => Self::InchPerSecondSquared,
-            "ft/s2" | "ft/s/s" | "ftps2" | "fts2" | "fts-2" => Self::FootPerSecondSquared,
-            _ => return None,
-        })
+        units::factor_of_column(name, SI).map(Self)
     }
 
     /// The unit that a line names, with what stands before it there for the message.
@@ -78,18 +54,24 @@ mod tests {
             ("cm/sec/sec", 0.01),
             ("cm/sec2", 0.01),
             ("cm/s^2", 0.01),
+            ("CM/SEC**2", 0.01),
+            ("cm_s-2", 0.01),
             ("Gal", 0.01),
+            ("GAL", 0.01),
             (" m/s² ", 1.0),
+            ("[m/s/s]", 1.0),
             ("mps2", 1.0),
             ("m/s**2", 1.0),
             ("m·s⁻²", 1.0),
+            ("MMS2", 0.001),
             ("in/sec^2", 0.0254),
+            ("ft/s/s", 0.3048),
         ] {
-            assert_eq!(Unit::from_name(name).unwrap().in_metres_per_second_squared(), factor, "{name}");
+            let found = Unit::from_name(name).unwrap_or_else(|| panic!("{name}"));
+            assert_eq!(found.in_metres_per_second_squared(), factor, "{name}");
         }
-        for name in Unit::NAMES {
-            assert_eq!(Unit::from_name(name).unwrap().name(), name);
-        }
+        assert_eq!(Unit::from_name("in/sec^2").unwrap().name(), "in/s2");
+        assert_eq!(Unit::from_name("Gal").unwrap().name(), "cm/s2");
         for name in ["", "cm/s", "counts", "m", "cm", "gram"] {
             assert_eq!(Unit::from_name(name), None, "{name}");
         }
