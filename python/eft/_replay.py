@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from eft import _native
 from eft._measured_force import check_force
+from eft._measured_motion import motion_factor
 from eft._native import FlowTable, Rig
 from eft._read_only import ReadOnly
 from eft._run import TestRun
@@ -30,9 +31,6 @@ _LARGEST_FORCE = 30.0
 
 _MOTION = {"velocity": 2.0, "spool": 50.0}
 """Largest factor between the displacement and that by another signal. The flow also varies with the load."""
-
-_ALIKE = 0.5
-"""Least correlation of two displacements of one motion. Below it noise or drift is larger than the motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,21 +198,8 @@ def _check_motion(rig: Rig, test: Traces, signals: dict[str, npt.NDArray[np.floa
     else:
         table = FlowTable(rig["servovalve.flow_table.openings"], rig["servovalve.flow_table.flows"])
         velocity = table.flow(signals["spool"]) / rig["actuator.piston_area"]
-    whole = np.isfinite(velocity) & np.isfinite(test[reported])
-    time = test.time[whole]
-    if time.size < 3:
-        return
-    # An offset of the velocity is a drift of its integral.
-    moved, shown = (
-        values - np.polynomial.Polynomial.fit(time, values, 1)(time)
-        for values in (np.cumsum(velocity[whole]) / test.sample_rate, test[reported][whole])
-    )
-    by_source, by_sensor = float(np.linalg.norm(moved)), float(np.linalg.norm(shown))
-    alike = float(moved @ shown)
-    if abs(alike) <= _ALIKE * by_source * by_sensor:
-        return
-    factor, most = by_sensor / by_source * np.sign(alike), _MOTION[source]
-    if not 1.0 / most <= factor <= most:
+    factor, most = motion_factor(test.time, test.sample_rate, velocity, test[reported]), _MOTION[source]
+    if factor is not None and not 1.0 / most <= factor <= most:
         raise ValueError(
             f"{test.name}: displacement = {factor:.3g} times that by the {source}: must be "
             f"{1.0 / most:g} to {most:g} times: check the unit of the times, and sign and unit of both"

@@ -42,6 +42,39 @@ def test_alignment_finds_the_shift_that_was_there(late, start):
     assert set(found) == {"command", "force", "displacement"}
 
 
+def in_other_times(traces, factor, start=0.0):
+    """The traces with times of another unit."""
+    return dataclasses.replace(
+        traces, name="wrong", sample_rate=traces.sample_rate / factor, start=start + factor * traces.start
+    )
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3, 1e6, 60.0])
+@pytest.mark.parametrize("late", [0.0, 1.3, -0.25])
+@pytest.mark.parametrize("align", [False, True])
+def test_times_in_another_unit_are_refused(factor, late, align):
+    right = Traces.from_run(RUN)
+    wrong = in_other_times(measured(late=late), factor)
+    wrong = dataclasses.replace(wrong, columns={"command": wrong["command"], "force": wrong["force"]})
+    for one, other in ((right, wrong), (wrong, right)):
+        with pytest.raises(ValueError, match=r"with the same command: check the unit of the times"):
+            eft.compare(one, other, align=align)
+
+
+def test_times_that_contradict_velocity_and_displacement_are_refused():
+    wrong = in_other_times(Traces.from_run(RUN), 1e3)
+    other = Traces("other", RATE, {"displacement": RUN.displacement[::-1].copy()})
+    with pytest.raises(ValueError, match=r"^wrong: displacement = 0\.001 times that by the velocity.*times"):
+        eft.compare(wrong, other)
+
+
+def test_tests_of_another_length_are_compared():
+    short = eft.simulate(RIG, eft.sine_sweep(4000.0, 0.2, 8.0, 0.25, 4096.0))
+    assert eft.compare(RUN, short)["command"].nrmse > 0.1 and eft.compare(short, RUN)["command"].nrmse > 0.1
+    still = Traces("still", RATE / 1e3, {"command": np.zeros(RUN.time.size)})
+    assert eft.compare(still, RUN)["command"].reference_peak == 0.0
+
+
 def test_what_is_different_stays_after_alignment():
     found = eft.compare(measured(late=0.5, gain=0.8), RUN, align=True)["force"]
     assert found.band_ratio == pytest.approx(1.25, rel=1e-3)

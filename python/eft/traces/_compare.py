@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from eft import _native
 from eft._display import UnitSystem, shown
+from eft._measured_motion import motion_factor
 from eft._numbers import real_number
 from eft._run import TestRun
 from eft.traces._read import read_traces
 from eft.traces._traces import Traces
-from eft.traces._units import si_unit
+from eft.traces._units import si_unit, to_si
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,6 +29,12 @@ Source = Traces | TestRun | str | PathLike[str]
 
 BAND = (0.25, 10.0)
 """Band of the band ratio, Hz: that of the paper's sweeps."""
+
+_MOTION = 30.0
+"""Largest factor between a displacement and that by the velocity. One in another unit is above it."""
+
+_SAME = 0.9
+"""Least correlation of a signal with that of the same test in other times."""
 
 _COMPARED = ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command")
 
@@ -189,7 +196,8 @@ def compare(
     OSError
         If a file cannot be read.
     ValueError
-        If a file is invalid, or the tests have no common signal or time.
+        If a file is invalid, the times of a test are in another unit, or the tests have no common signal or
+        time.
 
     Examples
     --------
@@ -221,14 +229,45 @@ def compare(
             f"no signal in common: {reference.name} has {', '.join(reference.columns)}, "
             f"{other.name} has {', '.join(other.columns)}"
         )
+    main = next((name for name in shared if name in ("command", "force")), shared[0])
+    _check_times(reference, other, main)
     shift, by = 0.0, None
     if align:
-        by = next((name for name in shared if name in ("command", "force")), shared[0])
+        by = main
         shift = _lag(reference, other, by)
         other = replace(other, start=other.start - shift)
     reference, other = _over_common_time(reference, other, shared)
     signals = {name: _compare(name, reference, other, band) for name in shared}
     return Comparison(reference, other, signals, shift, by, band)
+
+
+def _check_times(reference: Traces, other: Traces, name: str) -> None:
+    """Refuse times in another unit: they contradict a motion, or in that unit both signals are the same."""
+    for test in (reference, other):
+        if {"velocity", "displacement"} <= test.columns.keys():
+            found = motion_factor(test.time, test.sample_rate, test["velocity"], test["displacement"])
+            if found is not None and not 1.0 / _MOTION <= abs(found) <= _MOTION:
+                raise ValueError(
+                    f"{test.name}: displacement = {found:.3g} times that by the velocity: must be "
+                    f"{1.0 / _MOTION:.2g} to {_MOTION:g} times: check the unit of the times, and of both"
+                )
+    lasts, other_lasts = (len(test) / test.sample_rate for test in (reference, other))
+    for unit in ("ms", "us", "min", "h"):
+        for factor in (to_si("time", unit), 1.0 / to_si("time", unit)):
+            if not 0.5 <= factor * other_lasts / lasts <= 2.0:
+                continue
+            same = replace(other, sample_rate=other.sample_rate / factor, start=other.start * factor)
+            try:
+                same = replace(same, start=same.start - _lag(reference, same, name))
+                parts = _over_common_time(reference, same, [name])
+            except ValueError:
+                continue
+            one, two = (part[name] - part[name].mean() for part in parts)
+            if one @ two > _SAME * np.linalg.norm(one) * np.linalg.norm(two):
+                raise ValueError(
+                    f"{other.name} lasts {other_lasts:.4g} s and {reference.name} {lasts:.4g} s, "
+                    f"with the same {name}: check the unit of the times of both, such as {unit} in place of s"
+                )
 
 
 def _lag(reference: Traces, other: Traces, name: str) -> float:
