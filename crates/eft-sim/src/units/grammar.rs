@@ -43,7 +43,7 @@ fn factor(text: &[char]) -> Option<(Unit, &[char])> {
     let text = after_blanks(text);
     let (head, tail) = word(text);
     let tail = after_blanks(tail.strip_prefix(&['.']).unwrap_or(tail));
-    let (power, text) = match head.to_lowercase().as_str() {
+    let (power, text) = match head.to_ascii_lowercase().as_str() {
         "sq" | "square" => (2, tail),
         "cu" | "cubic" => (3, tail),
         _ => (1, text),
@@ -67,7 +67,7 @@ fn factor(text: &[char]) -> Option<(Unit, &[char])> {
     };
     // A point may end an abbreviation, as in `sq. in.`.
     let rest = match rest {
-        ['.', tail @ ..] if !tail.first().is_some_and(|next| next.is_alphabetic()) => tail,
+        ['.', tail @ ..] if !tail.first().is_some_and(|next| next.is_ascii_alphabetic()) => tail,
         rest => rest,
     };
     // A blank before a sign belongs to the sign; a blank between two units multiplies.
@@ -86,20 +86,22 @@ fn after_blanks(text: &[char]) -> &[char] {
 
 /// The letters at the beginning, and the rest.
 fn word(text: &[char]) -> (String, &[char]) {
-    let length = text.iter().take_while(|one| one.is_alphabetic() || **one == '%').count();
+    let length = text.iter().take_while(|one| one.is_ascii_alphabetic() || matches!(one, 'µ' | '%')).count();
     (text[..length].iter().collect(), &text[length..])
 }
 
 /// The unit of a name: as written, else in any letter case if only one unit is meant, else as a plural of a word.
 fn named(name: &str) -> Option<Unit> {
-    let lower = name.to_lowercase();
+    let lower = name.to_ascii_lowercase();
     let of = |is: &dyn Fn(&str) -> bool| {
         let mut found = units().filter(|(names, _)| names.split(' ').any(is)).map(|(_, unit)| unit);
         found.next().filter(|_| found.next().is_none())
     };
     let singular = lower.strip_suffix('s').filter(|word| word.len() > 2);
     of(&|known| known == name)
-        .or_else(|| of(&|known| known.to_lowercase() == lower).filter(|_| !CASED.contains(&lower.as_str())))
+        .or_else(|| {
+            of(&|known| known.to_ascii_lowercase() == lower).filter(|_| !CASED.contains(&lower.as_str()))
+        })
         .or_else(|| of(&|known| Some(known) == singular))
 }
 

@@ -40,7 +40,7 @@ pub fn factor(text: &str, si: &str) -> Option<f64> {
 /// The same for a column of measurements, where `lb` is a force and `gal` is 1 cm/s² in any letter case.
 pub fn factor_of_column(text: &str, si: &str) -> Option<f64> {
     let meant = || {
-        let name = text.trim_matches(['(', ')', '[', ']', '.', ' ']).to_lowercase();
+        let name = text.trim_matches(['(', ')', '[', ']', '.', ' ']).to_ascii_lowercase();
         MEASURED.iter().find(|(known, _)| *known == name).and_then(|(_, meant)| factor(meant, si))
     };
     factor(text, si).or_else(meant)
@@ -64,8 +64,8 @@ pub fn dimension(si: &str) -> Option<[i8; 4]> {
 
 /// `m/s2` of `mps2`, `ms2` or `ms-2`, and the same of other lengths.
 fn spelled_out(text: &str) -> Option<String> {
-    let mut plain = text.to_lowercase().replace('²', "2").replace('⁻', "-");
-    plain.retain(|c| c.is_alphanumeric() || c == '-');
+    let mut plain = text.to_ascii_lowercase().replace('²', "2").replace('⁻', "-");
+    plain.retain(|c| c.is_ascii_alphanumeric() || c == '-');
     ["m", "cm", "mm", "in", "ft", "m3"].iter().find_map(|length| {
         let power = match plain.strip_prefix(length)? {
             "ps" | "s-1" => "",
