@@ -10,7 +10,18 @@ import numpy as np
 
 from eft import _native
 from eft._display import shown
-from eft._findings import GRADES, Finding, Grade, above, of_demands, of_loop, of_protection, of_supply, worst
+from eft._findings import (
+    GRADES,
+    Finding,
+    Grade,
+    above,
+    of_demands,
+    of_loop,
+    of_protection,
+    of_size,
+    of_supply,
+    worst,
+)
 from eft._native import Command, Rig
 from eft._prediction import Prediction, of_distrust, of_droop, of_prediction, predicted
 from eft._results import Result
@@ -104,6 +115,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     The pressure to which the supply falls under the flow of the demands is judged as after the test, by
     ``verdict.caution.supply_pressure`` and ``verdict.no.supply_pressure``. These are cautions as well:
 
+    - a peak of the command, as of a record in a wrong unit, below a thousandth of the actuator's capacity
+      or of the load cell's range, or of which noise and resolution of the load cell exceed the share
+      ``verdict.caution.force_error``;
     - with the plausibility watch of the protection, a level of the force below an eighth of the actuator's
       capacity, or a sample rate below 250 times the natural frequency. In a building it is that of each floor
       while the others are at rest;
@@ -143,7 +157,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     found = _native.check_feasibility(rig, command)
     rate = command.sample_rate
     errors = predicted(rig, command)
-    findings = [*of_demands(found["demands"]), *of_loop(rig, rate), *_settings(rig, found, rate, errors)]
+    findings = [*of_size(rig, float(np.abs(command.values).max())), *of_demands(found["demands"])]
+    findings += [*of_loop(rig, rate), *_settings(rig, found, rate, errors)]
     findings += _until_learned(rig, rate)
     findings += of_supply(rig, found["lowest_supply_pressure"], found["demands"])
     findings += of_protection(rig, rate)

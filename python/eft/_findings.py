@@ -130,6 +130,19 @@ def of_demand(name: str, unit: str, required: float, available: float, advised: 
     return None
 
 
+def of_size(rig: Rig, peak: float) -> Iterator[Finding]:
+    """A caution about a command, with a peak in N, whose force is lost in friction and errors of sensors."""
+    least = _native.smallest_force(rig)
+    if 0.0 < peak < ROUNDED * least:
+        form = shown("force")
+        yield Finding(
+            "caution",
+            f"The command reaches {form(peak)}, advised at least {form(least)}: friction, and noise and "
+            "accuracy of the load cell, hide a smaller force. Check the unit of the record, the mass and the "
+            "scale.",
+        )
+
+
 def of_demands(demands: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
     """The findings on demands; only the largest of velocity, flow and power counts."""
     demands = list(demands)
@@ -160,6 +173,9 @@ def _masses(values: Any) -> str:
 
 
 def _reach(facts: Facts) -> Iterator[Finding]:
+    # A floor alone may have a small command, which is part of a larger one.
+    if facts.floor is None:
+        yield from of_size(facts.rig, facts.peak_command)
     actuator = facts.rig.plant
     stall = actuator["actuator.piston_area"] * actuator["supply.pressure"]
     stroke = actuator["actuator.stroke"]

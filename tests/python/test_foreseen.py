@@ -1,4 +1,4 @@
-"""Effects that no linear model has, foreseen before a test: a known overlap, and play of the attachment."""
+"""Effects that no linear model has, foreseen before a test, such as a known overlap and a tiny command."""
 
 import numpy as np
 import pytest
@@ -99,3 +99,44 @@ def test_a_jump_at_the_start_is_a_caution_where_the_feedforward_saturates_the_va
     started = RIG.replace(oil | {"protection.enabled": True, "protection.start_time": 1.0})
     reasons = eft.check_feasibility(started, eft.Command(hard, 4096.0)).reasons
     assert not any("begins with a jump" in one for one in reasons)
+
+
+TINY = "The command reaches "
+
+
+def test_a_command_below_friction_and_accuracy_is_a_caution_before_and_after_the_test():
+    sweep = eft.sine_sweep(1.0, 0.0, 10.0, 32.0, 4096.0)
+    capacity = PAPER["actuator.piston_area"] * PAPER["supply.pressure"]
+    # Seals of a fatigue-rated actuator have 0.2 % of its capacity at least.
+    rubs = PAPER.replace({"truth.actuator.friction": 2e-3 * capacity})
+    for peak, tiny in ((2200.0 / 400, True), (0.9e-3 * capacity, True), (1.1e-3 * capacity, False)):
+        command = sweep * peak
+        for said in (eft.check_feasibility(PAPER, command), eft.simulate(PAPER, command).verdict):
+            named = [one for one in said.reasons if one.startswith(TINY)]
+            assert bool(named) == tiny
+            if tiny:
+                assert named[0].endswith("Check the unit of the record, the mass and the scale.")
+        if tiny:
+            assert eft.simulate(rubs, command).metrics().displacement_error > 0.2
+    assert eft.simulate(rubs, sweep * 2200.0).metrics().displacement_error < 0.1
+    cell = PAPER.replace({"sensors.force.range": 4e6})
+    assert any(one.startswith(TINY) for one in eft.check_feasibility(cell, sweep * 2200.0).reasons)
+
+
+@pytest.mark.parametrize(
+    "cell", [{"noise": 60.0}, {"range": 1e6, "bits": 12}, {"noise": 30.0, "range": 4e5, "bits": 12}]
+)
+def test_a_command_in_the_noise_and_the_steps_of_the_load_cell_is_a_caution(cell):
+    rig = PAPER.replace({f"sensors.force.{key}": value for key, value in cell.items()})
+    for peak in (500.0, 1000.0, 2200.0, 8900.0):
+        command = eft.sine_sweep(peak, 0.0, 10.0, 16.0, 4096.0)
+        named = [one for one in eft.check_feasibility(rig, command).reasons if one.startswith(TINY)]
+        run = eft.simulate(rig, command)
+        missed = np.std(run.measured_force - run.force) / peak
+        assert abs(missed / 0.1 - 1.0) > 0.1
+        assert bool(named) == (missed > 0.1 or peak < 1e-3 * cell.get("range", 0.0))
+
+
+def test_a_silent_command_is_not_tiny():
+    silent = eft.Command(np.zeros(4096), 4096.0)
+    assert not any(one.startswith(TINY) for one in eft.check_feasibility(PAPER, silent).reasons)

@@ -116,6 +116,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(planning::demands, module)?)?;
     module.add_function(wrap_pyfunction!(planning::displacement_spectrum, module)?)?;
     module.add_function(wrap_pyfunction!(planning::learned, module)?)?;
+    module.add_function(wrap_pyfunction!(planning::smallest_force, module)?)?;
     module.add_function(wrap_pyfunction!(planning::growth_until_learned, module)?)?;
     module.add_function(wrap_pyfunction!(planning::guarded, module)?)?;
     module.add_function(wrap_pyfunction!(planning::predicted_errors, module)?)?;

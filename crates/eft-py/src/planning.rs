@@ -129,6 +129,12 @@ pub(crate) fn demands<'py>(
     listed(py, &interruptible(py, || feasibility::demands(rig, commands))?)
 }
 
+/// Return the least advised peak of a force command, N.
+#[pyfunction]
+pub(crate) fn smallest_force(rig: GivenRig) -> f64 {
+    feasibility::smallest_force(&rig.config)
+}
+
 fn listed<'py>(py: Python<'py>, demands: &[Demand]) -> PyResult<Bound<'py, PyList>> {
     let list = PyList::empty(py);
     for demand in demands {

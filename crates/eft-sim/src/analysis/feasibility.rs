@@ -1,7 +1,7 @@
 //! The demands of a test on a rig, compared with the rig's capacity before the test.
 
 use crate::analysis::linear::{
-    FlowGain, Time, designed_for, largest_stable_level, linearize, stability_margin_up_to,
+    Disturbance, FlowGain, Time, designed_for, largest_stable_level, linearize, stability_margin_up_to,
 };
 use crate::closed_loop::{SimulateOptions, ideal_responses};
 use crate::config::{Mode, Realization, RigConfig, VelocitySource};
@@ -17,6 +17,9 @@ const LINEAR_OPENING: f64 = 0.1;
 const LINEAR_PRESSURE: f64 = 0.05;
 /// Share of the stall force beyond which the valve passes little flow.
 const ADVISED_FORCE: f64 = 0.67;
+/// Least advised peak of a command, as a share of the actuator's capacity or of the load cell's range: about the error of a
+/// good load cell, and half of the friction of good seals.
+const LEAST_FORCE: f64 = 1e-3;
 /// The demand of all actuators together.
 const MEAN_FLOW: &str = "mean flow of the pump";
 /// Drop of the force between 0.1 and 10 Hz without compensation up to which no compensation is needed.
@@ -79,6 +82,16 @@ pub fn check_feasibility(rig: &RigConfig, commands: &[Command]) -> Result<Feasib
 /// As [`check_feasibility`].
 pub fn demands(rig: &RigConfig, commands: &[Command]) -> Result<Vec<Demand>> {
     Ok(asked(rig, commands)?.demands)
+}
+
+/// The least advised peak (N) of a command: a thousandth of the actuator's capacity or of the load cell's range, and so much
+/// that noise and resolution of the load cell are `verdict.caution.force_error` of it.
+pub fn smallest_force(rig: &RigConfig) -> f64 {
+    let plant = rig.plant();
+    let capacity = plant.actuator.piston_area * plant.supply.pressure;
+    let whole = plant.sensors.force.range.filter(|range| *range > capacity).unwrap_or(capacity);
+    let noise = Disturbance::Force.deviation(rig).hypot(Disturbance::ForceResolution.deviation(rig));
+    (LEAST_FORCE * whole).max(noise / rig.verdict.caution.force_error)
 }
 
 struct Asked {

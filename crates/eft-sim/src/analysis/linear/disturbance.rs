@@ -31,7 +31,7 @@ impl Disturbance {
     }
 
     /// Standard deviation in a rig, in the signal's unit. Rounding to a step counts as noise of `step/√12`.
-    pub(super) fn deviation(self, rig: &RigConfig) -> f64 {
+    pub(crate) fn deviation(self, rig: &RigConfig) -> f64 {
         let (sensors, dac) = (&rig.plant().sensors, &rig.plant().dac);
         let sensor = match self {
             Self::Force => return sensors.force.noise,
