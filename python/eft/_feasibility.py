@@ -121,8 +121,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     - with the plausibility watch of the protection, a level of the force below an eighth of the actuator's
       capacity, or a sample rate below 250 times the natural frequency. In a building it is that of each floor
       while the others are at rest;
-    - a flow or valve gain that self-calibration may take for the fault of a sensor because of noise, if the
-      displacement's error without learning exceeds its limit;
+    - a flow or valve gain that self-calibration may take for the fault of a sensor because of noise in its
+      band beside the motion, if the displacement's error without learning exceeds its limit;
     - a droop without ``compensation.supply_correction``, if the displacement's error at the lowest pressure
       exceeds its limit;
     - biased sensors that trip the protection within a second at rest;

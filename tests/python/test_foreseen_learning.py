@@ -164,6 +164,39 @@ def test_a_flow_gain_that_noise_may_make_the_learner_distrust_is_a_caution():
     assert runs[1].metrics().displacement_error == pytest.approx(1.29, rel=0.1)
 
 
+@pytest.mark.parametrize("noise", [8.0, 20.0])
+def test_noise_that_is_small_in_the_learners_band_is_no_caution(noise):
+    command = eft.sine_sweep(3000.0, 0.3, 8.0, 8.0, 2048.0)
+    rig = lightly_damped(0.72).replace({"truth.sensors.force.noise": noise})
+    assert eft.check_feasibility(rig, command).verdict == "go"
+    for seed in range(1, 5):
+        run = eft.simulate(rig.replace({"truth.sensors.seed": seed}), command)
+        assert run.flow_gain_estimate[-1] == pytest.approx(0.72, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("noise", "amplitude", "learns"),
+    [
+        (0.005, 300.0, False),
+        (0.005, 3000.0, True),
+        (0.02, 300.0, False),
+        (0.02, 6000.0, True),
+        (0.05, 1000.0, False),
+    ],
+)
+def test_noise_of_the_spool_is_a_caution_beside_a_motion_in_which_nothing_is_learned(
+    noise, amplitude, learns
+):
+    command = eft.sine_sweep(amplitude, 0.3, 8.0, 8.0, 2048.0)
+    rig = lightly_damped(0.9).replace({"truth.sensors.spool.noise": noise})
+    found = eft.check_feasibility(rig, command)
+    assert any("With noise of its sensors" in one for one in found.reasons) != learns
+    assert found.verdict == ("go" if learns else "caution")
+    for seed in (1, 2):
+        metrics = eft.simulate(rig.replace({"truth.sensors.seed": seed}), command).metrics()
+        assert (metrics.displacement_error < 0.1) == learns
+
+
 def test_a_larger_flow_that_the_learner_distrusts_is_left_to_its_guard():
     noisy = lightly_damped(1.33).replace({"truth.sensors.force.noise": 80.0, "truth.sensors.seed": 1})
     command = eft.sine_sweep(3000.0, 0.3, 8.0, 8.0, 2048.0)

@@ -32,7 +32,7 @@ pub use error::{ConfigError, LARGEST, SMALLEST, Short};
 pub use force_loop::{Limiter, ServovalveController, ServovalveControllerState};
 pub use learning::{
     Learner, LearnerState, Moment, SavedCalibration, SavedCurve, SavedDistances, SavedEvidence, Sums, Window,
-    guard_tuning, tuning as learner_tuning,
+    guard_tuning, tuning as learner_tuning, window_ticks,
 };
 #[cfg(feature = "serde")]
 pub use message::StoredParameters;

@@ -239,7 +239,7 @@ pub(crate) fn predicted_errors<'py>(
     answer.set_item("null_learned", found.null_learned)?;
     let unreached = found.unreached.iter().map(|one| match *one {
         Unreached::Rejected(flow, valve) => ("rejected", flow, valve),
-        Unreached::Doubtful(flow, valve) => ("doubtful", flow, valve),
+        Unreached::Doubtful(flow, valve, _) => ("doubtful", flow, valve),
         Unreached::FlowGain(needed, nearest) => ("flow gain", needed, nearest),
         Unreached::ValveGain(needed, nearest) => ("valve gain", needed, nearest),
         Unreached::Delay(needed, nearest) => ("delay", needed, nearest),

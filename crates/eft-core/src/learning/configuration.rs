@@ -33,8 +33,8 @@ const SHORTEST: u32 = 8;
 /// Lowest sample rate (Hz) of the learner. Below it there are too few windows for its filters.
 pub(crate) const LOWEST_RATE: f64 = 200.0;
 
-/// Ticks of a window: a power of two.
-pub(crate) const fn window_ticks(sample_rate: f64) -> u32 {
+/// Ticks of a window at a sample rate (Hz): a power of two, the shortest for NaN.
+pub const fn window_ticks(sample_rate: f64) -> u32 {
     let mut ticks = SHORTEST;
     while ticks < 1024 && sample_rate / (2.0 * ticks as f64) >= WINDOW_RATE {
         ticks *= 2;

@@ -19,7 +19,8 @@ pub mod tuning;
 mod valve;
 mod window;
 
-pub(crate) use configuration::{LOWEST_RATE, window_ticks};
+pub(crate) use configuration::LOWEST_RATE;
+pub use configuration::window_ticks;
 pub(crate) use flow_model::{FlowModel, ModelFlow};
 pub use guard::tuning as guard_tuning;
 pub use learner::{Learner, LearnerState};

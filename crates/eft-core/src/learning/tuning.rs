@@ -4,7 +4,7 @@
 /// Zero of the estimators' filter (Hz) between the mains' 50 and 60 Hz, nearer to the one that the oil column amplifies more.
 pub(crate) const MAINS: f64 = 58.0;
 /// Corner of the estimators' two equal low-passes (Hz). With the zero they pass as much noise as 12 Hz without it.
-pub(crate) const LOW_PASS: f64 = 13.0;
+pub const LOW_PASS: f64 = 13.0;
 /// Corner of the estimators' high-pass (Hz).
 pub const HIGH_PASS: f64 = 0.1;
 /// Shortest memory (s), at strong motion.

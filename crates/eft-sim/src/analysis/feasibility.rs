@@ -1,7 +1,7 @@
 //! The demands of a test on a rig, compared with the rig's capacity before the test.
 
 use crate::analysis::linear::{
-    Disturbance, FlowGain, Time, designed_for, largest_stable_level, linearize, stability_margin_up_to,
+    FlowGain, Time, designed_for, deviation, largest_stable_level, linearize, stability_margin_up_to,
 };
 use crate::closed_loop::{SimulateOptions, ideal_responses};
 use crate::config::{Mode, Realization, RigConfig, VelocitySource};
@@ -90,8 +90,7 @@ pub fn smallest_force(rig: &RigConfig) -> f64 {
     let plant = rig.plant();
     let capacity = plant.actuator.piston_area * plant.supply.pressure;
     let whole = plant.sensors.force.range.filter(|range| *range > capacity).unwrap_or(capacity);
-    let noise = Disturbance::Force.deviation(rig).hypot(Disturbance::ForceResolution.deviation(rig));
-    (LEAST_FORCE * whole).max(noise / rig.verdict.caution.force_error)
+    (LEAST_FORCE * whole).max(deviation(&plant.sensors.force) / rig.verdict.caution.force_error)
 }
 
 struct Asked {

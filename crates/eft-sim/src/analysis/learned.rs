@@ -1,19 +1,23 @@
 //! The rig as self-calibration will have tuned it.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_4, TAU};
 
 use eft_core::learner_tuning::{
-    CURVE_DEPARTURE, GATE_CAUTION, GATE_SIGNAL, GATE_THRESHOLD, SHORTEST_DELAY, VELOCITY_DELAY_REACH,
+    CURVE_DEPARTURE, GATE_CAUTION, GATE_SIGNAL, GATE_THRESHOLD, LOW_PASS, SHORTEST_DELAY,
+    VELOCITY_DELAY_REACH,
 };
+use eft_core::window_ticks;
 
 use crate::analysis::guarded::after_guard;
-use crate::analysis::linear::{compensated_share, sampling_delays, valve_response};
+use crate::analysis::linear::{compensated_share, deviation, sampling_delays, valve_response};
 use crate::analysis::motion::motion;
 use crate::config::{ForceLoop, Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 
 /// Longest response delay (s) that a rig may have.
 const LONGEST: f64 = 1.0;
+/// Noise over its standard deviation (1) that the gate meets in a test.
+const LARGEST_NOISE: f64 = 4.0;
 
 /// An estimate that self-calibration needs and does not reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,9 +25,9 @@ pub enum Unreached {
     /// Flow gain and valve gain over the configured ones (1): the learner takes such a difference for the fault of a
     /// sensor, and learns nothing. Its guard reduces the level.
     Rejected(f64, f64),
-    /// Flow gain and valve gain over the configured ones (1). The learner accepts such a difference, but not after a rejection, which
-    /// noise of the sensors may cause at first.
-    Doubtful(f64, f64),
+    /// Flow gain and valve gain over the configured ones (1), which the learner accepts without noise of the sensors. With it, up to
+    /// this root-mean-square opening (1) of a test, it may reject them all through.
+    Doubtful(f64, f64, f64),
     /// A flow gain over the configured one (1), and its lowest.
     FlowGain(f64, f64),
     /// A valve gain over the configured one (1), and its lowest.
@@ -68,7 +72,9 @@ pub(crate) fn after_learning(
     let known = rig.compensation.velocity_delay + rig.velocity_delay(sample_rate)?;
     let first = flow_gain / gain;
     let limits = &rig.compensation.learning;
-    if rejected(first, valve_gain, lap / judged_opening(limits.excitation)) {
+    let judged = judged_opening(limits.excitation);
+    let at_first = first * (1.0 - lap / judged).max(0.0);
+    if rejected(at_first, first, valve_gain) {
         let fixed = rig.with_fixed_gains(sample_rate)?.varied(|values| {
             values.compensation.adaptive = false;
             values.compensation.guard = true;
@@ -76,7 +82,10 @@ pub(crate) fn after_learning(
         });
         return Ok((fixed, vec![Unreached::Rejected(first, valve_gain)]));
     }
-    let doubtful = is_noisy(rig) && locked_out(first, valve_gain);
+    let noise = LARGEST_NOISE * noise_in_band(rig, sample_rate);
+    let rejects = noise > 0.0 && noise > judged * tolerated_noise(GATE_THRESHOLD, at_first, valve_gain);
+    let after = tolerated_noise(GATE_CAUTION * GATE_THRESHOLD, first, valve_gain);
+    let recovers_at = if after > 0.0 { noise / after } else { f64::INFINITY };
     let velocity_delay = -motion.used_over_true.arg() / motion.angular;
     let most = known + VELOCITY_DELAY_REACH[1] * rig.compensation.response_delay;
     let mut unfound = (velocity_delay - most).max(0.0);
@@ -100,7 +109,7 @@ pub(crate) fn after_learning(
     let reached = (flow_gain / least_flow).min(1.0) * (valve_gain / least_gain).min(1.0);
     let found_level = reached * level / (share * lead.amplitude * passed.norm());
     let unreached = [
-        doubtful.then_some(Unreached::Doubtful(first, valve_gain)),
+        rejects.then_some(Unreached::Doubtful(first, valve_gain, recovers_at)),
         (flow_gain < least_flow).then_some(Unreached::FlowGain(flow_gain, limits.lowest_flow_gain)),
         (valve_gain < least_gain).then_some(Unreached::ValveGain(valve_gain, least_gain)),
         (delay != wanted).then_some(Unreached::Delay(wanted, delay)),
@@ -119,28 +128,37 @@ fn judged_opening(excitation: f64) -> f64 {
     (GATE_SIGNAL / 4.0).sqrt() * excitation
 }
 
-/// Whether the learner's gate refuses these gains (1) all through a test, with an unknown lap over the opening at which the gate
-/// judges first (1).
-fn rejected(flow_gain: f64, valve_gain: f64, lap: f64) -> bool {
-    let at_first = flow_gain * (1.0 - lap).max(0.0);
+/// Whether the learner's gate refuses the second flow gain (1) all through a test, of which it judges the first one at first.
+fn rejected(at_first: f64, flow_gain: f64, valve_gain: f64) -> bool {
     // A flow that is on the other side of the configured one at first is accepted on its way.
     let passes = (at_first - 1.0) * (flow_gain - 1.0) < 0.0;
-    !passes && unexplained(at_first, valve_gain) > GATE_THRESHOLD && locked_out(flow_gain, valve_gain)
+    // After one rejection the gate allows less.
+    let refuses = |allowed, flow_gain| tolerated_noise(allowed, flow_gain, valve_gain) < 0.0;
+    !passes && refuses(GATE_THRESHOLD, at_first) && refuses(GATE_CAUTION * GATE_THRESHOLD, flow_gain)
 }
 
-/// Whether one rejection makes the gate refuse these gains (1) from then on.
-fn locked_out(flow_gain: f64, valve_gain: f64) -> bool {
-    unexplained(flow_gain, valve_gain) > GATE_CAUTION * GATE_THRESHOLD
+/// Noise over the root-mean-square opening (1) up to which a gate with this threshold (1) accepts these gains (1). Their error
+/// and the noise may have the same sign for as long as the gate averages, so amplitudes add. Negative for gains that it refuses.
+fn tolerated_noise(threshold: f64, flow_gain: f64, valve_gain: f64) -> f64 {
+    2.0 * (threshold.sqrt() - unexplained(flow_gain, valve_gain).sqrt())
 }
 
-/// Whether a sensor of which the gate uses the signal has noise.
-fn is_noisy(rig: &RigConfig) -> bool {
-    let sensors = &rig.plant().sensors;
-    let motion = match rig.controller.velocity_source {
-        VelocitySource::Sensor => &sensors.velocity,
-        _ => &sensors.displacement,
+/// Standard deviation of the sensors' noise in the band of the flow model, as an opening (1).
+fn noise_in_band(rig: &RigConfig, sample_rate: f64) -> f64 {
+    let (sensors, known) = (&rig.plant().sensors, &rig.actuator);
+    let per_velocity = known.piston_area / rig.compensation.flow_gain;
+    let per_force = known.compressibility / (known.piston_area * rig.compensation.flow_gain);
+    // Shares of the variance of white noise that pass two low-passes, and with a derivative.
+    let passed = 2.0 * FRAC_PI_4 * LOW_PASS / sample_rate;
+    let rate = passed * (TAU * LOW_PASS) * (TAU * LOW_PASS);
+    let moving = match rig.controller.velocity_source {
+        VelocitySource::Sensor => passed * deviation(&sensors.velocity).powi(2),
+        _ => rate * deviation(&sensors.displacement).powi(2),
     };
-    [&sensors.force, &sensors.spool, motion].into_iter().any(|sensor| sensor.noise > 0.0)
+    // The change of the force is that between two ticks, a window apart.
+    let force = f64::from(window_ticks(sample_rate)) * rate * deviation(&sensors.force).powi(2);
+    let spool = passed * deviation(&sensors.spool).powi(2);
+    (spool + per_velocity * per_velocity * moving + per_force * per_force * force).sqrt()
 }
 
 /// Squared error of the learner's models of flow and spool before it has learned these gains (1), as a share of the signals'
@@ -230,7 +248,8 @@ mod tests {
             (1.45, 0.1, false),
             (0.6, -1.0, false),
         ] {
-            assert_eq!(rejected(flow_gain, 1.0, lap), refused, "{flow_gain} {lap}");
+            let at_first = flow_gain * (1.0 - lap);
+            assert_eq!(rejected(at_first, flow_gain, 1.0), refused, "{flow_gain} {lap}");
         }
     }
 

@@ -1,6 +1,6 @@
 //! Sources of noise and of constant errors in the sampled loop, and their sizes.
 
-use crate::config::RigConfig;
+use crate::config::{RigConfig, Sensor};
 
 /// Sources of error of one actuator: the sensors of its controller, and the converter of the valve command.
 #[derive(Debug, Clone, Copy)]
@@ -31,17 +31,16 @@ impl Disturbance {
     }
 
     /// Standard deviation in a rig, in the signal's unit. Rounding to a step counts as noise of `step/√12`.
-    pub(crate) fn deviation(self, rig: &RigConfig) -> f64 {
+    pub(super) fn deviation(self, rig: &RigConfig) -> f64 {
         let (sensors, dac) = (&rig.plant().sensors, &rig.plant().dac);
-        let sensor = match self {
-            Self::Force => return sensors.force.noise,
-            Self::ForceResolution => return rounding(sensors.force.range, sensors.force.bits),
-            Self::Velocity => &sensors.velocity,
-            Self::Displacement => &sensors.displacement,
-            Self::Acceleration => &sensors.acceleration,
-            Self::Converter => return rounding(dac.range, dac.bits),
-        };
-        sensor.noise.hypot(rounding(sensor.range, sensor.bits))
+        match self {
+            Self::Force => sensors.force.noise,
+            Self::ForceResolution => rounding(sensors.force.range, sensors.force.bits),
+            Self::Velocity => deviation(&sensors.velocity),
+            Self::Displacement => deviation(&sensors.displacement),
+            Self::Acceleration => deviation(&sensors.acceleration),
+            Self::Converter => rounding(dac.range, dac.bits),
+        }
     }
 
     /// The key of a sensor's constant error and its size, in the signal's unit.
@@ -56,6 +55,11 @@ impl Disturbance {
         };
         (size != 0.0).then_some((key, size))
     }
+}
+
+/// Standard deviation of a reading by noise and rounding, in the signal's unit.
+pub(crate) fn deviation(sensor: &Sensor) -> f64 {
+    sensor.noise.hypot(rounding(sensor.range, sensor.bits))
 }
 
 fn rounding(range: Option<f64>, bits: Option<u32>) -> f64 {

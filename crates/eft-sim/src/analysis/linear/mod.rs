@@ -20,7 +20,7 @@ mod velocity_signal;
 pub(crate) use about_rest::{AboutRest, about_rest};
 pub(crate) use delay_budget::sampling_delays;
 pub use delay_budget::{DelayBudget, delay_budget};
-pub(crate) use disturbance::Disturbance;
+pub(crate) use disturbance::{Disturbance, deviation};
 pub use gains::FlowGain;
 pub(crate) use gains::compensated_share;
 pub use inverse_dynamics::{lead_response, valve_response};

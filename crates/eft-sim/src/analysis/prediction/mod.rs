@@ -174,7 +174,7 @@ fn errors(
     transform: &Transform,
     commands: &[Command],
 ) -> Result<Prediction> {
-    let Loop { rig: judged, model, mut signals, adaptation, unreached } = test;
+    let Loop { rig: judged, model, mut signals, adaptation, mut unreached } = test;
     // Noise acts at every opening of the motion, where the curve is less steep than at rest.
     let slope = if unknown.has_curve() { FlowGain::Mean } else { FlowGain::Nominal };
     let mut at_rest = about_rest(&tied(&judged, transform.duration()), slope, transform.sample_rate)?;
@@ -195,6 +195,7 @@ fn errors(
     }
     let sizes = Sizes::of(signals, (&at_rest, about_null.as_ref()), commands, transform)?;
     let Sizes { force, displacement, oscillation, opening, .. } = sizes;
+    unreached.retain(|one| !matches!(one, Unreached::Doubtful(_, _, most) if opening > *most));
     if transform.beyond > NOTICED * sizes.followed.whole.powi(2) {
         left_out.push(format!("command above {:.0} Hz", transform.highest()));
     }
