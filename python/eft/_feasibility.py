@@ -104,9 +104,9 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     - noise, resolution and bias of the sensors; resolution counts as white noise of the rounding;
     - an unknown null bias of the valve, until an integral part of the force loop has found it. One that
       self-calibration learns, with a bias of the velocity in it, counts wholly for the first 0.8 s;
-    - an unknown lap of the spool, by the flow gain that is nearest to it at the openings of the test, and the
-      rest to first order. Above a fiftieth of the opening the errors are uncertain by about a third, and
-      ``left_out`` names the lap;
+    - an unknown lap of the spool, or an overlap that the scheme does not compensate for, by the flow gain
+      that is nearest to it at the openings of the test, and the rest to first order. Above a fiftieth of the
+      opening the errors are uncertain by about a third, and ``left_out`` names the lap;
     - an oscillation about null by an unknown underlap, where the openings are small;
     - friction, in the force's error only;
     - flow curve and load pressure without the nonlinear scheme, as an unknown lap. A simpler scheme than the

@@ -39,6 +39,19 @@ def test_an_unknown_lap_near_the_size_of_the_opening_has_the_predicted_error(cha
     assert "servovalve.overlap" in found.left_out
 
 
+@pytest.mark.parametrize(
+    "changes", [{"compensation.mode": "linear"}, {"compensation.mode": "off", "controller.force_loop": "pd"}]
+)
+@pytest.mark.parametrize("lap", [3e-4, 1e-3])
+def test_a_known_overlap_has_the_errors_of_an_unknown_one_where_the_scheme_ignores_it(changes, lap):
+    rig = RIG.replace(changes | {"structure.damping": 7000.0, "servovalve.overlap": lap})
+    found, metrics = eft.check_feasibility(rig, SWEEP), eft.simulate(rig, SWEEP).metrics()
+    assert found.force_error == pytest.approx(metrics.nrmse, rel=0.35)
+    assert found.displacement_error == pytest.approx(metrics.displacement_error, rel=0.35)
+    assert found.left_out == ("servovalve.overlap",)
+    assert not any("although the controller knows it" in one for one in found.reasons)
+
+
 @pytest.mark.parametrize("changes", [{}, ADAPTIVE])
 def test_an_oscillation_about_null_by_an_unknown_underlap_is_foreseen(changes):
     late = {"truth.sensors.force.delay": 4, "truth.dac.delay": 4, "truth.servovalve.overlap": -3e-3}

@@ -57,7 +57,7 @@ pub(crate) fn after_learning(
     gain: f64,
     sample_rate: f64,
 ) -> Result<(RigConfig, Vec<Unreached>)> {
-    let lap = rig.plant().servovalve.overlap - rig.servovalve.overlap;
+    let lap = rig.plant().servovalve.overlap - rig.compensated_lap();
     let rig = &rig.with_known_lap();
     let calibrated = calibrated(rig, sample_rate)?;
     let level = rig.compensation.level;

@@ -266,9 +266,20 @@ impl RigConfig {
         varied
     }
 
-    /// The rig whose valve has the lap that the controller knows. An unknown lap has no effect on a large motion.
+    /// The lap (1) for which the controller compensates: no overlap in the linear scheme, or without a compensation in which
+    /// the step over the overlap could be.
+    pub(crate) fn compensated_lap(&self) -> f64 {
+        let (lap, analog) = (self.servovalve.overlap, self.controller.realization == Realization::Analog);
+        match self.compensation.mode {
+            Mode::Nonlinear => lap,
+            Mode::Off if !analog || self.controller.force_loop == ForceLoop::Robust => lap,
+            Mode::Linear | Mode::Off => lap.min(0.0),
+        }
+    }
+
+    /// The rig whose valve has the lap for which the controller compensates. Another lap has no effect on a large motion.
     pub(crate) fn with_known_lap(&self) -> Self {
-        self.varied(|values| values.servovalve.overlap = self.servovalve.overlap)
+        self.varied(|values| values.servovalve.overlap = self.compensated_lap())
     }
 }
 

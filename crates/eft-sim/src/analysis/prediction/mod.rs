@@ -50,8 +50,8 @@ pub struct Prediction {
     pub constants: Vec<(&'static str, f64)>,
     /// Whether the controller learns the null, and a bias of the velocity with it, during the test.
     pub null_learned: bool,
-    /// A known overlap over the root-mean-square opening (1). The force error by it was 0.5 to 2.6 times as large on rigs of
-    /// 25 kN to 1 MN. `force` does not contain it.
+    /// An overlap for which the controller compensates, over the root-mean-square opening (1). The force error by it was 0.5 to
+    /// 2.6 times as large on rigs of 25 kN to 1 MN. `force` does not contain it.
     pub overlap: f64,
     /// The play of the attachment. `force` does not contain it.
     pub play: Play,
@@ -209,7 +209,7 @@ fn errors(
     if unknown.is_large(opening, force.whole) && !left_out.iter().any(|key| key == overlap) {
         left_out.push(overlap.into());
     }
-    let lap = rig.servovalve.overlap.max(0.0) / opening;
+    let lap = rig.compensated_lap().max(0.0) / opening;
     Ok(Prediction {
         force,
         displacement,
@@ -230,7 +230,7 @@ fn left_out(rig: &RigConfig, model: &StateSpace) -> Vec<String> {
         // Named where it is noticed.
         "actuator.attachment_play" => true,
         // What is known is compensated for, but not exactly.
-        "servovalve.overlap" => rig.servovalve.overlap <= 0.0,
+        "servovalve.overlap" => rig.compensated_lap() <= 0.0,
         _ => false,
     };
     let mut keys = model.left_out.clone();

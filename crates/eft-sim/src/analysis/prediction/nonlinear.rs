@@ -29,7 +29,7 @@ const LEAST: f64 = 0.05;
 /// loop must still compress the oil at each reversal.
 #[derive(Debug, Clone)]
 pub(super) struct Unknown {
-    /// True overlap less the known one (1).
+    /// True overlap less the one for which the controller compensates (1).
     overlap: f64,
     /// Opening (1) by which the controller misses the null at rest. An integral part finds it during the test.
     pub(super) null: f64,
@@ -53,7 +53,7 @@ impl Unknown {
         Ok(Self {
             // The slopes about rest are those of the loop with the known lap.
             curve: Curve::of(&rig.with_known_lap())?,
-            overlap: valve.overlap - rig.servovalve.overlap,
+            overlap: valve.overlap - rig.compensated_lap(),
             null: rig.opening_at_rest(0) - valve.null_bias,
             underlap: (-rig.servovalve.overlap).max(0.0),
             friction: plant.actuator.friction,
