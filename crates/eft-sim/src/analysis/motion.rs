@@ -25,14 +25,13 @@ pub(super) fn motion(rig: &RigConfig, sample_rate: f64) -> Result<Motion> {
     // to learn the same.
     let row = |quantity: &str| model.outputs.iter().rposition(|name| name.starts_with(quantity));
     let rows: Vec<usize> = ["velocity", "measured_velocity"].into_iter().filter_map(row).collect();
-    let responses = Responses::new(&model, &rows);
-    let top = model.inputs.len().saturating_sub(1);
+    let responses = Responses::new(&model, &rows, &[model.inputs.len().saturating_sub(1)]);
     let at = |frequency: f64| {
         let found = responses.at(Complex::from_polar(1.0, TAU * frequency / sample_rate));
         let found = found.ok_or_else(|| {
             Error::value("frequency of the motion", frequency, "must not lie on a pole of the model")
         })?;
-        Ok::<_, Error>([found[(0, top)], found[(1, top)]])
+        Ok::<_, Error>([found[0], found[1]])
     };
     let (mut moments, mut squares) = (0.0, 0.0);
     for i in 0..FREQUENCIES {

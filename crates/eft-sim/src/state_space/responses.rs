@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, Hessenberg};
 
 use super::StateSpace;
 
-/// Some outputs of a model in Hessenberg form, which makes a frequency's cost proportional to the square of the number
+/// Some inputs and outputs of a model in Hessenberg form, which makes a frequency's cost proportional to the square of the number
 /// of states instead of the cube.
 #[derive(Debug)]
 pub(crate) struct Responses {
@@ -16,15 +16,16 @@ pub(crate) struct Responses {
 }
 
 impl Responses {
-    /// The outputs with these indices.
-    pub(crate) fn new(model: &StateSpace, outputs: &[usize]) -> Self {
+    /// The outputs and the inputs with these indices.
+    pub(crate) fn new(model: &StateSpace, outputs: &[usize], inputs: &[usize]) -> Self {
         let mut a = model.a.clone();
         let scale = balance_parlett_reinsch(&mut a);
         let (q, a) = Hessenberg::new(a).unpack();
         let complex = |matrix: DMatrix<f64>| matrix.map(|entry| Complex::new(entry, 0.0));
-        let b = DMatrix::from_diagonal(&scale.map(f64::recip)) * &model.b;
+        let b = DMatrix::from_diagonal(&scale.map(f64::recip)) * model.b.select_columns(inputs);
         let c = model.c.select_rows(outputs) * DMatrix::from_diagonal(&scale);
-        Self { a, b: complex(q.transpose() * b), c: complex(c * q), d: complex(model.d.select_rows(outputs)) }
+        let d = model.d.select_rows(outputs).select_columns(inputs);
+        Self { a, b: complex(q.transpose() * b), c: complex(c * q), d: complex(d) }
     }
 
     /// The outputs (rows) per input (columns) at a variable, `iω` or `exp(iωT)`; `None` on a pole.
@@ -81,13 +82,16 @@ mod tests {
         let off = RigConfig::zhao2005().replace(&[("compensation.mode", "off".into())]).unwrap();
         for rig in [RigConfig::zhao2005(), off, building(1), building(4)] {
             let model = linearize(&rig, FlowGain::Mean, Time::Sampled(4096.0)).unwrap();
-            let responses = Responses::new(&model, &(0..model.outputs.len()).collect::<Vec<_>>());
+            let outputs: Vec<usize> = (0..model.outputs.len()).collect();
+            // In another order than that of the model.
+            let inputs: Vec<usize> = (0..model.inputs.len()).rev().collect();
+            let responses = Responses::new(&model, &outputs, &inputs);
             for frequency in [0.1, 0.3, 1.7, 12.0, 60.0] {
                 let turn = std::f64::consts::TAU * frequency / 4096.0;
                 let found = responses.at(Complex::from_polar(1.0, turn)).unwrap();
                 for (row, output) in model.outputs.iter().enumerate() {
-                    for (column, input) in model.inputs.iter().enumerate() {
-                        let full = model.response_to(input, output, frequency).unwrap();
+                    for (column, input) in inputs.iter().enumerate() {
+                        let full = model.response_to(&model.inputs[*input], output, frequency).unwrap();
                         let error = (found[(row, column)] - full).norm();
                         let largest = found.row(row).iter().map(|one| one.norm()).fold(0.0, f64::max);
                         assert!(error <= 1e-7 * largest, "{output} {input} {frequency}: {error:e} of {full}");
@@ -111,7 +115,7 @@ mod tests {
             left_out: Vec::new(),
             sample_time: None,
         };
-        let responses = Responses::new(&model, &[0]);
+        let responses = Responses::new(&model, &[0], &[0]);
         assert!(responses.at(Complex::new(-2.0, 0.0)).is_none());
         assert!(
             (responses.at(Complex::new(0.0, 2.0)).unwrap()[0] - Complex::new(2.0, 2.0).inv()).norm() < 1e-15

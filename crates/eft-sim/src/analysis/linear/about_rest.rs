@@ -87,7 +87,8 @@ fn in_band([a, inputs, outputs]: [&DMatrix<f64>; 3], sample_rate: f64) -> Option
         sample_time: Some(1.0 / sample_rate),
         ..StateSpace::default()
     };
-    let responses = Responses::new(&model, &(0..squares.len()).collect::<Vec<_>>());
+    let all = |count: usize| (0..count).collect::<Vec<_>>();
+    let responses = Responses::new(&model, &all(squares.len()), &all(noisy.len()));
     let step = (highest - lowest) / f64::from(FREQUENCIES);
     for i in 0..FREQUENCIES {
         let frequency = lowest + (f64::from(i) + 0.5) * step;

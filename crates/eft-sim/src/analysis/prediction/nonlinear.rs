@@ -7,7 +7,7 @@
 
 use crate::analysis::linear::{Complex, DMatrix, Disturbance, StateSpace, valve_response};
 use crate::analysis::prediction::curve::Curve;
-use crate::analysis::prediction::signals::{Signals, Spectrum, Transform, outputs};
+use crate::analysis::prediction::signals::{Signals, Spectrum, Transform, responses};
 use crate::config::{Mode, Realization, RigConfig};
 use crate::error::Result;
 
@@ -101,8 +101,10 @@ impl Unknown {
 
     /// The openings (1) of an actuator, and those which would pass about rest what each passes more.
     fn beyond_linear(&self, own: &Signals, transform: &Transform) -> Result<impl Iterator<Item = [f64; 2]>> {
-        let (opening, forces) =
-            (transform.signal(own.opening.clone())?, transform.signal(own.command.clone())?);
+        let opening = transform.signal(own.opening.clone())?;
+        let forces = self.curve.as_ref().map(|_| transform.signal(own.command.clone())).transpose()?;
+        // Without a curve no force is used.
+        let forces = forces.into_iter().flatten().chain(std::iter::repeat(0.0));
         let most = self.overlap.abs();
         let lap = move |x: f64| {
             let learned = self.node.map_or(0.0, |node| self.overlap * (x / node).clamp(-1.0, 1.0));
@@ -125,20 +127,21 @@ impl Unknown {
         let (wide, count) = (transform.up_to(HIGHEST), signals.len());
         let lost =
             signals.iter().map(|own| self.lost(own, gain, transform, &wide)).collect::<Result<Vec<_>>>()?;
-        let responses = outputs(model, &["force", "displacement"]);
+        let of_valve = (0..count).map(|i| Disturbance::Converter.input(i, count));
+        let of_cell = (0..count).map(|i| Disturbance::Force.input(i, count));
+        let inputs: Vec<usize> = of_valve.chain(of_cell).collect();
+        let responses = responses(model, &["force", "displacement"], &inputs);
         let null = wide.spectrum(std::iter::repeat_n(self.null, wide.samples))?;
-        let input = |of: Disturbance| (0..count).map(|i| of.input(i, count)).collect::<Vec<_>>();
-        let (valve, cell) = (input(Disturbance::Converter), input(Disturbance::Force));
         for (bin, null) in null.into_iter().enumerate() {
             let all = wide.responses(&responses, bin)?;
             let per_volt = volts_per_opening(rig, wide.frequency(bin));
             let opening = DMatrix::from_fn(count, 1, |i, _| lost[i].opening[bin] * per_volt);
             let friction = DMatrix::from_fn(count, 1, |i, _| lost[i].force[bin]);
-            let by_valve = all.select_columns(&valve);
-            let by_lap = &by_valve * opening;
+            let (by_valve, by_cell) = (all.columns(0, count), all.columns(count, count));
+            let by_lap = by_valve * opening;
             let by_null = by_valve * DMatrix::from_element(count, 1, null * per_volt);
             // The loop opposes a change of the force as a change of its reading.
-            let force = &friction + all.select_columns(&cell).rows(0, count) * &friction;
+            let force = &friction + by_cell.rows(0, count) * &friction;
             for (i, own) in signals.iter_mut().enumerate() {
                 own.missed_force.resize(wide.last + 1, Complex::ZERO);
                 own.missed_motion.resize(wide.last + 1, Complex::ZERO);

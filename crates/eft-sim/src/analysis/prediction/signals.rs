@@ -12,7 +12,7 @@ use crate::state_space::{Responses, rows_of};
 /// Highest frequency (Hz) of a prediction, and that of one for a command with more than this share of its power beyond.
 const HIGHEST: f64 = 20.0;
 const FAST: (f64, f64) = (100.0, 1e-4);
-/// Silence (s) after a test.
+/// Least silence (s) after a test.
 const SILENCE: f64 = 0.5;
 /// Factor by which the signals fade over a test.
 const FADED: f64 = 30.0;
@@ -42,7 +42,7 @@ impl Transform {
         else {
             return Ok(None);
         };
-        let length = samples + (SILENCE * first.sample_rate) as usize;
+        let length = direct_length(samples + (SILENCE * first.sample_rate) as usize);
         let whole = Self { samples, length, sample_rate: first.sample_rate, last: 0, beyond: 0.0 };
         let up_to = |frequency| {
             let transform = whole.up_to(frequency);
@@ -150,6 +150,22 @@ impl Transform {
     }
 }
 
+/// The length itself, or the next even one, without a large prime factor: these take a Fourier transform several times as long.
+fn direct_length(mut length: usize) -> usize {
+    let rest = |length: usize| {
+        [2, 3, 5, 7, 11, 13].into_iter().fold(length, |mut rest, prime| {
+            while rest > 1 && rest.is_multiple_of(prime) {
+                rest /= prime;
+            }
+            rest
+        })
+    };
+    while rest(length) > 1 {
+        length += 2 - length % 2;
+    }
+    length
+}
+
 /// Spectra of an actuator's signals.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Signals {
@@ -172,12 +188,13 @@ impl Signals {
             .collect::<Result<Vec<_>>>()?;
         let count = commands.len();
         let asked = DMatrix::from_fn(count, transform.last + 1, |actuator, bin| asked[actuator][bin]);
-        let responses = outputs(model, &["force", "displacement", "spool", "velocity"]);
+        let quantities = ["force", "displacement", "spool", "velocity"];
+        let responses = responses(model, &quantities, &(0..count).collect::<Vec<_>>());
         let mut signals = vec![Self::default(); count];
         for (bin, command) in asked.column_iter().enumerate() {
             let command = DMatrix::from_column_slice(count, 1, command.as_slice());
             let all = transform.responses(&responses, bin)?;
-            let applied = all.columns(0, count) * &command;
+            let applied = &all * &command;
             let ideal = motion_of_force(&all, count, &command, transform.frequency(bin))?;
             for (i, own) in signals.iter_mut().enumerate() {
                 let of = |quantity: usize| applied[quantity * count + i];
@@ -193,9 +210,9 @@ impl Signals {
     }
 }
 
-/// The responses of some quantities, those of all actuators one after another.
-pub(super) fn outputs(model: &StateSpace, quantities: &[&str]) -> Responses {
-    Responses::new(model, &rows(model, quantities))
+/// The responses of some quantities, those of all actuators one after another, to the inputs with these indices.
+pub(super) fn responses(model: &StateSpace, quantities: &[&str], inputs: &[usize]) -> Responses {
+    Responses::new(model, &rows(model, quantities), inputs)
 }
 
 /// The indices of these outputs.
@@ -222,6 +239,13 @@ fn on_a_pole(frequency: f64) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_length_with_a_large_prime_factor_becomes_a_little_longer() {
+        // 600.5 s at 4096 Hz are 2048 times the prime 1201.
+        let lengths = [600 * 4096 + 2048, 16 * 4096 + 2048, 1, 2 * 17, 101];
+        assert_eq!(lengths.map(direct_length), [2_459_688, 16 * 4096 + 2048, 1, 36, 104]);
+    }
 
     #[test]
     fn a_signal_has_its_root_mean_square_and_returns() {

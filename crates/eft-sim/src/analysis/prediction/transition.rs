@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use crate::analysis::Adaptation;
 use crate::analysis::linear::{DMatrix, FlowGain, StateSpace, Time, linearize};
 use crate::analysis::prediction::guard::Guard;
-use crate::analysis::prediction::signals::{Signals, Transform, outputs, rows};
+use crate::analysis::prediction::signals::{Signals, Transform, responses, rows};
 use crate::config::RigConfig;
 use crate::error::Result;
 use crate::ground_motion::excitation::Command;
@@ -60,7 +60,7 @@ pub(super) fn add(
         }
     }
     // The difference of the states decays in the last loop.
-    let ringing = outputs(&last.alone(&(state - last_state)), &["force", "displacement"]);
+    let ringing = responses(&last.alone(&(state - last_state)), &["force", "displacement"], &[0]);
     let differences =
         differences.into_iter().map(|signal| transform.spectrum(signal)).collect::<Result<Vec<_>>>()?;
     let ringing = (0..=transform.last).map(|bin| {

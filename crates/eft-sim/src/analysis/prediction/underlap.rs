@@ -3,7 +3,7 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::analysis::linear::{Complex, FlowGain, disturbed};
-use crate::analysis::prediction::signals::{Signals, Transform, outputs};
+use crate::analysis::prediction::signals::{Signals, Transform, responses};
 use crate::config::{RigConfig, gain_within_limit};
 use crate::error::Result;
 use crate::state_space::AT_REST;
@@ -54,7 +54,7 @@ impl Oscillation {
             return Ok(None);
         };
         let turn = Complex::from_polar(1.0, fastest.pole.im.abs() / sample_rate);
-        let Some(shape) = outputs(&marginal, &["force", "displacement", "spool"]).at(turn) else {
+        let Some(shape) = responses(&marginal, &["force", "displacement", "spool"], &[0]).at(turn) else {
             return Ok(None);
         };
         // At its margin all commands excite the same mode.
