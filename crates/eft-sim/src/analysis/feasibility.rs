@@ -17,8 +17,8 @@ const LINEAR_OPENING: f64 = 0.1;
 const LINEAR_PRESSURE: f64 = 0.05;
 /// Share of the stall force beyond which the valve passes little flow.
 const ADVISED_FORCE: f64 = 0.67;
-/// Least advised peak of a command, as a share of the actuator's capacity or of the load cell's range: about the error of a
-/// good load cell, and half of the friction of good seals.
+/// Least advised peak of a command, as a share of the actuator's capacity or of the load cell's range: about the
+/// error of a good load cell, and half of the friction of good seals.
 const LEAST_FORCE: f64 = 1e-3;
 /// The demand of all actuators together.
 const MEAN_FLOW: &str = "mean flow of the pump";
@@ -84,8 +84,8 @@ pub fn demands(rig: &RigConfig, commands: &[Command]) -> Result<Vec<Demand>> {
     Ok(asked(rig, commands)?.demands)
 }
 
-/// The least advised peak (N) of a command: a thousandth of the actuator's capacity or of the load cell's range, and so much
-/// that noise and resolution of the load cell are `verdict.caution.force_error` of it.
+/// The least advised peak (N) of a command: a thousandth of the actuator's capacity or of the load cell's range,
+/// and so much that noise and resolution of the load cell are `verdict.caution.force_error` of it.
 pub fn smallest_force(rig: &RigConfig) -> f64 {
     let plant = rig.plant();
     let capacity = plant.actuator.piston_area * plant.supply.pressure;

@@ -25,8 +25,8 @@ pub enum Unreached {
     /// Flow gain and valve gain over the configured ones (1): the learner takes such a difference for the fault of a
     /// sensor, and learns nothing. Its guard reduces the level.
     Rejected(f64, f64),
-    /// Flow gain and valve gain over the configured ones (1), which the learner accepts without noise of the sensors. With it, up to
-    /// this root-mean-square opening (1) of a test, it may reject them all through.
+    /// Flow gain and valve gain over the configured ones (1), which the learner accepts without noise of the
+    /// sensors. With it, up to this root-mean-square opening (1) of a test, it may reject them all through.
     Doubtful(f64, f64, f64),
     /// A flow gain over the configured one (1), and its lowest.
     FlowGain(f64, f64),
@@ -128,7 +128,8 @@ fn judged_opening(excitation: f64) -> f64 {
     (GATE_SIGNAL / 4.0).sqrt() * excitation
 }
 
-/// Whether the learner's gate refuses the second flow gain (1) all through a test, of which it judges the first one at first.
+/// Whether the learner's gate refuses the second flow gain (1) all through a test, of which it judges the first one
+/// at first.
 fn rejected(at_first: f64, flow_gain: f64, valve_gain: f64) -> bool {
     // A flow that is on the other side of the configured one at first is accepted on its way.
     let passes = (at_first - 1.0) * (flow_gain - 1.0) < 0.0;
@@ -137,8 +138,9 @@ fn rejected(at_first: f64, flow_gain: f64, valve_gain: f64) -> bool {
     !passes && refuses(GATE_THRESHOLD, at_first) && refuses(GATE_CAUTION * GATE_THRESHOLD, flow_gain)
 }
 
-/// Noise over the root-mean-square opening (1) up to which a gate with this threshold (1) accepts these gains (1). Their error
-/// and the noise may have the same sign for as long as the gate averages, so amplitudes add. Negative for gains that it refuses.
+/// Noise over the root-mean-square opening (1) up to which a gate with this threshold (1) accepts these gains (1).
+/// Their error and the noise may have the same sign for as long as the gate averages, so amplitudes add. Negative
+/// for gains that it refuses.
 fn tolerated_noise(threshold: f64, flow_gain: f64, valve_gain: f64) -> f64 {
     2.0 * (threshold.sqrt() - unexplained(flow_gain, valve_gain).sqrt())
 }

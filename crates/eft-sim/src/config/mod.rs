@@ -266,8 +266,8 @@ impl RigConfig {
         varied
     }
 
-    /// The lap (1) for which the controller compensates: no overlap in the linear scheme, or without a compensation in which
-    /// the step over the overlap could be.
+    /// The lap (1) for which the controller compensates: no overlap in the linear scheme, or without a compensation
+    /// in which the step over the overlap could be.
     pub(crate) fn compensated_lap(&self) -> f64 {
         let (lap, analog) = (self.servovalve.overlap, self.controller.realization == Realization::Analog);
         match self.compensation.mode {
@@ -277,7 +277,8 @@ impl RigConfig {
         }
     }
 
-    /// The rig whose valve has the lap for which the controller compensates. Another lap has no effect on a large motion.
+    /// The rig whose valve has the lap for which the controller compensates. Another lap has no effect on a large
+    /// motion.
     pub(crate) fn with_known_lap(&self) -> Self {
         self.varied(|values| values.servovalve.overlap = self.compensated_lap())
     }

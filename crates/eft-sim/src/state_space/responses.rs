@@ -5,8 +5,8 @@ use nalgebra::{Complex, DMatrix, Hessenberg};
 
 use super::StateSpace;
 
-/// Some inputs and outputs of a model in Hessenberg form, which makes a frequency's cost proportional to the square of the number
-/// of states instead of the cube.
+/// Some inputs and outputs of a model in Hessenberg form, which makes a frequency's cost proportional to the square
+/// of the number of states instead of the cube.
 #[derive(Debug)]
 pub(crate) struct Responses {
     a: DMatrix<f64>,

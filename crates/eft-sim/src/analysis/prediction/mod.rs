@@ -50,8 +50,8 @@ pub struct Prediction {
     pub constants: Vec<(&'static str, f64)>,
     /// Whether the controller learns the null, and a bias of the velocity with it, during the test.
     pub null_learned: bool,
-    /// An overlap for which the controller compensates, over the root-mean-square opening (1). The force error by it was 0.5 to
-    /// 2.6 times as large on rigs of 25 kN to 1 MN. `force` does not contain it.
+    /// An overlap for which the controller compensates, over the root-mean-square opening (1). The force error by
+    /// it was 0.5 to 2.6 times as large on rigs of 25 kN to 1 MN. `force` does not contain it.
     pub overlap: f64,
     /// The play of the attachment. `force` does not contain it.
     pub play: Play,

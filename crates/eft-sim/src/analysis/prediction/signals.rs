@@ -150,7 +150,8 @@ impl Transform {
     }
 }
 
-/// The length itself, or the next even one, without a large prime factor: these take a Fourier transform several times as long.
+/// The length itself, or the next even one, without a large prime factor: these take a Fourier transform several
+/// times as long.
 fn direct_length(mut length: usize) -> usize {
     let rest = |length: usize| {
         [2, 3, 5, 7, 11, 13].into_iter().fold(length, |mut rest, prime| {
