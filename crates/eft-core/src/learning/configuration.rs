@@ -9,7 +9,7 @@ use crate::learning::flow_curve::FlowCurve;
 use crate::learning::flow_model::FlowModel;
 use crate::learning::gate::Gate;
 use crate::learning::guard::{Guard, tuning as guard};
-use crate::learning::learner::Learner;
+use crate::learning::learner::{Largest, Learner};
 use crate::learning::least_squares::{Priors, Range};
 use crate::learning::tuning as t;
 use crate::learning::valve::ValveEstimator;
@@ -130,6 +130,7 @@ macro_rules! constructor {
                 let area = check!(positive("piston_area", p.piston_area));
                 let volume = check!(positive("compressibility", p.compressibility)) / area / period;
                 let leak = check!(within("leakage", p.leakage, 0.0, LARGEST)) / area;
+                let pressure = check!(positive("supply_pressure", p.supply_pressure));
                 let flow_gain = check!(positive("flow_gain", p.flow_gain));
                 let loop_gain = check!(positive("force_sensitivity", p.force_sensitivity))
                     * p.proportional_gain
@@ -177,6 +178,11 @@ macro_rules! constructor {
                     guards: l.guard,
                     per_window: (1.0 / ticks as f64) as $t,
                     checkpoint_windows: windows(t::CHECKPOINT, period),
+                    largest: Largest {
+                        flow: (t::LARGEST_SUM * (greatest + leak * area * pressure)) as $t,
+                        force: (t::LARGEST_SUM * area * pressure) as $t,
+                        opening: t::LARGEST_SUM as $t,
+                    },
                     piston_area: area as $t,
                     flow_gain: flow_gain as $t,
                     flow_per_force: leak as $t,

@@ -22,6 +22,7 @@ use crate::learning::window::{Sums, Window};
 use crate::number::Real;
 use crate::status;
 
+pub(super) use state::Largest;
 pub use state::LearnerState;
 use state::{Filters, Means};
 
@@ -37,6 +38,7 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) per_window: T,
     /// Windows from one checkpoint to the next.
     pub(super) checkpoint_windows: u32,
+    pub(super) largest: Largest<T>,
     pub(super) piston_area: T,
     /// Configured flow gain (m³/s).
     pub(super) flow_gain: T,
@@ -61,7 +63,7 @@ pub struct Learner<T: Real, const N: usize> {
     /// Compensation signal (V) for the known null bias.
     pub(super) known_signal: T,
 }
-integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, response_delay, null_gain, known_signal);
+integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, largest, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, response_delay, null_gain, known_signal);
 
 /// Number of windows at the start in which lost samples need no settling, because a rig starts at rest or primed.
 const START: u32 = 3;
@@ -123,8 +125,8 @@ impl<T: Real, const N: usize> Learner<T, N> {
     /// Makes the calibration to [publish](crate::Channel::publish) from a window.
     ///
     /// # NaN
-    /// A window's sums are finite, because the tick refuses other samples. A missing window counts as one with lost
-    /// samples.
+    /// A missing window counts as one with lost samples. So does one whose means are NaN or far beyond what a rig can
+    /// reach.
     ///
     /// # Cost
     /// It alternates from window to window, and is larger for those of a checkpoint.
@@ -133,9 +135,10 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let zero = T::splat(0.0);
 
         // The measurements.
-        let whole = window.lost == 0;
+        let found = self.means(window, state.valve.found.gain.value);
+        let whole = window.lost == 0 && self.is_possible(&found);
         if whole {
-            state.means = self.means(window, state.valve.found.gain.value);
+            state.means = found;
         }
         let means = state.means;
         let restart = !(whole && state.filtered && window.number == state.number);
@@ -298,6 +301,15 @@ impl<T: Real, const N: usize> Learner<T, N> {
             command_change: window.end.command - window.start.command,
             compressed: self.flow_per_force * force + self.flow_per_change * force_change,
         }
+    }
+
+    /// Whether a rig can reach these means. A wrong sample of 1e12 would be in the filters for seconds.
+    fn is_possible(&self, means: &Means<T>) -> bool {
+        let Means { velocity, force, spool, valve_command, command, command_change, compressed } = *means;
+        let largest = &self.largest;
+        (self.piston_area * velocity).abs() + compressed.abs() <= largest.flow
+            && force.abs() + command.abs() + command_change.abs() <= largest.force
+            && spool.abs() + (self.valve.valve_gain * valve_command).abs() <= largest.opening
     }
 
     /// Makes a checkpoint if one is due.

@@ -28,6 +28,9 @@ pub const GATE_CAUTION: f64 = 0.5;
 /// Squares of the signals that the gate needs for a rejection, over the square of the opening from which on something is learned
 /// (1). The unexplained part of smaller signals may be noise.
 pub const GATE_SIGNAL: f64 = 9.0;
+/// Largest possible sum of the magnitudes of a window's flows, forces or openings (1): over the flow of the open valve and
+/// the leakage, the force of the supply pressure, or the stroke.
+pub(crate) const LARGEST_SUM: f64 = 8.0;
 /// Opening (1) beyond which the valve counts as saturated.
 pub(crate) const LINEAR_RANGE: f64 = 0.9;
 /// Time (s) that weights a rate of opening in comparison with an opening.

@@ -63,6 +63,18 @@ pub(super) struct Means<T> {
 }
 integrity!(Means<T>: velocity, force, spool, valve_command, command, command_change, compressed);
 
+/// The largest possible sums of the magnitudes of a window's means.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::learning) struct Largest<T> {
+    /// Flow (m³/s).
+    pub(in crate::learning) flow: T,
+    /// Force (N).
+    pub(in crate::learning) force: T,
+    /// Opening (1).
+    pub(in crate::learning) opening: T,
+}
+integrity!(Largest<T>: flow, force, opening);
+
 /// The signals' filters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -69,6 +69,10 @@ fn a_force_leaks_and_compresses_as_in_equation_7() {
     same("leakage", learner().flow_per_force * force, RIG.leakage * force / RIG.piston_area);
     let rate = force / RIG.piston_area / PERIOD;
     same("compression", learner().flow_per_change * force, RIG.compressibility * rate);
+    let (largest, pressure) = (learner().largest, RIG.supply_pressure);
+    same("largest flow", largest.flow, 8.0 * (RIG.greatest_flow() + RIG.leakage * pressure));
+    same("largest force", largest.force, 8.0 * RIG.piston_area * pressure);
+    same("largest opening", largest.opening, 8.0);
     same("piston", learner().piston_area, RIG.piston_area);
     same("flow gain", learner().flow_gain, RIG.flow_gain);
 }

@@ -23,6 +23,43 @@ fn means_and_changes_are_those_of_the_ticks() {
     near("flow by the force", means.compressed, LEAK * 1536.0 + VOLUME * 64.0);
 }
 
+/// A number of a window.
+type Signal = fn(&mut Window<f64>) -> &mut f64;
+
+/// What a learner makes of a second window with changed sums.
+fn second(change: impl Fn(&mut Window<f64>)) -> LearnerState<f64> {
+    let (learner, mut state) = (learner(false), after(&learner(false), &[LOADED]));
+    let mut given = window(1, LOADED);
+    change(&mut given);
+    learner.update(&mut state, &given);
+    state
+}
+
+#[test]
+fn a_window_with_a_sample_that_no_rig_can_reach_is_lost() {
+    let lost = second(|w| w.lost = 1);
+    assert!(!lost.filtered && second(|_| ()).filtered);
+    // The distance of each sum from the largest one, with those of the other signals of its kind.
+    let flow = 8.0 * (GREATEST + LEAK * MOST_FORCE) - 2.0 * LOADED.velocity - LEAK * LOADED.force;
+    let force = 8.0 * MOST_FORCE - LOADED.force - LOADED.command;
+    let opening = 8.0 - LOADED.spool - 0.5 * LOADED.valve_command;
+    let changes: [(&str, f64, Signal); 7] = [
+        ("velocity", TICKS * flow / 2.0, |w| &mut w.sums.velocity),
+        ("change of the force", flow / VOLUME, |w| &mut w.end.force),
+        ("force", TICKS * force, |w| &mut w.sums.force),
+        ("command", TICKS * force, |w| &mut w.sums.command),
+        ("change of the command", force, |w| &mut w.end.command),
+        ("spool", TICKS * opening, |w| &mut w.sums.spool),
+        ("valve command", TICKS * opening / 0.5, |w| &mut w.sums.valve_command),
+    ];
+    for (what, distance, signal) in changes {
+        assert!(second(|w| *signal(w) += (1.0 - 1e-12) * distance).filtered, "{what}");
+        for wrong in [(1.0 + 1e-12) * distance, -1e12, f64::INFINITY, f64::NAN] {
+            assert_eq!(second(|w| *signal(w) += wrong), lost, "{what} {wrong}");
+        }
+    }
+}
+
 #[test]
 fn a_lost_valve_command_is_the_one_for_the_measured_opening() {
     let learner = learner(false);
