@@ -75,6 +75,18 @@ def test_tests_of_another_length_are_compared():
     assert eft.compare(still, RUN)["command"].reference_peak == 0.0
 
 
+def test_a_part_of_a_ramp_is_no_ramp_in_another_unit():
+    time = np.arange(60_001) / 1000.0
+    for force in (100.0 * time, 1e3 * np.sin(0.02 * time)):
+        whole = Traces("whole", 1000.0, {"force": force})
+        part = Traces("part", 1000.0, {"force": force[:1001].copy()})
+        for one, other in ((whole, part), (part, whole)):
+            assert eft.compare(one, other)["force"].nrmse < 1e-12
+        for factor in (1e3, 1.0 / 60.0):
+            with pytest.raises(ValueError, match="with the same force"):
+                eft.compare(whole, in_other_times(whole, factor))
+
+
 def test_what_is_different_stays_after_alignment():
     found = eft.compare(measured(late=0.5, gain=0.8), RUN, align=True)["force"]
     assert found.band_ratio == pytest.approx(1.25, rel=1e-3)

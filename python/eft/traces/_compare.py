@@ -36,6 +36,9 @@ _MOTION = 30.0
 _SAME = 0.9
 """Least correlation of a signal with that of the same test in other times."""
 
+_AGREED = 0.5
+"""Largest difference of a signal in tests that agree, over the signal. A ramp agrees with a part of it."""
+
 _COMPARED = ("command", "force", "displacement", "velocity", "spool", "load_pressure", "valve_command")
 
 
@@ -242,7 +245,7 @@ def compare(
 
 
 def _check_times(reference: Traces, other: Traces, name: str) -> None:
-    """Refuse times in another unit: they contradict a motion, or in that unit both signals are the same."""
+    """Refuse times in another unit: they contradict a motion, or only there both signals are the same."""
     for test in (reference, other):
         if {"velocity", "displacement"} <= test.columns.keys():
             found = motion_factor(test.time, test.sample_rate, test["velocity"], test["displacement"])
@@ -251,6 +254,8 @@ def _check_times(reference: Traces, other: Traces, name: str) -> None:
                     f"{test.name}: displacement = {found:.3g} times that by the velocity: must be "
                     f"{1.0 / _MOTION:.2g} to {_MOTION:g} times: check the unit of the times, and of both"
                 )
+    if _agree(reference, other, name):
+        return
     lasts, other_lasts = (len(test) / test.sample_rate for test in (reference, other))
     for unit in ("ms", "us", "min", "h"):
         for factor in (to_si("time", unit), 1.0 / to_si("time", unit)):
@@ -259,15 +264,29 @@ def _check_times(reference: Traces, other: Traces, name: str) -> None:
             same = replace(other, sample_rate=other.sample_rate / factor, start=other.start * factor)
             try:
                 same = replace(same, start=same.start - _lag(reference, same, name))
-                parts = _over_common_time(reference, same, [name])
+                one, two = _variations(reference, same, name)
             except ValueError:
                 continue
-            one, two = (part[name] - part[name].mean() for part in parts)
             if one @ two > _SAME * np.linalg.norm(one) * np.linalg.norm(two):
                 raise ValueError(
                     f"{other.name} lasts {other_lasts:.4g} s and {reference.name} {lasts:.4g} s, "
                     f"with the same {name}: check the unit of the times of both, such as {unit} in place of s"
                 )
+
+
+def _agree(reference: Traces, other: Traces, name: str) -> bool:
+    """Whether a signal is the same in the given times, as that of a part of a test."""
+    try:
+        one, two = _variations(reference, other, name)
+    except ValueError:
+        return False
+    return bool(np.linalg.norm(one - two) < _AGREED * np.linalg.norm(one))
+
+
+def _variations(reference: Traces, other: Traces, name: str) -> tuple[Array, Array]:
+    """A signal of both tests over the time that both cover, less its mean."""
+    one, two = (part[name] for part in _over_common_time(reference, other, [name]))
+    return one - one.mean(), two - two.mean()
 
 
 def _lag(reference: Traces, other: Traces, name: str) -> float:
