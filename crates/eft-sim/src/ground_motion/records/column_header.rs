@@ -162,7 +162,9 @@ impl Declared {
 
 /// The pairs `key=value` or `key: value` of a line, each with the word after it.
 fn assignments(text: &str) -> impl Iterator<Item = (&str, &str, &str)> {
-    let separator = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | '#' | '%' | '(' | ')');
+    let separator = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | '#' | '(' | ')');
+    // Elsewhere `%` may be part of a unit: 1 % of g is not g.
+    let text = text.trim_start().trim_start_matches('%');
     let parts = text.split(['=', ':']);
     parts.clone().zip(parts.skip(1)).filter_map(move |(left, right)| {
         let key = left.split(separator).rfind(|word| !word.is_empty())?;

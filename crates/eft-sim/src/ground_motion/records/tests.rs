@@ -163,6 +163,8 @@ fn a_file_without_a_record_is_refused() {
         (b"t_s,velocity\n0,1\n1,2\n", "x.csv", "`velocity` is not an acceleration"),
         (b"# dt = -0.01\n1\n", "x.csv", "line 1: dt = -0.01"),
         (b"# units: counts\n1\n", "x.csv", "`counts`"),
+        (b"# units = % g\n1\n", "x.csv", "`%`"),
+        (b"%units: %g\n1\n", "x.csv", "`%g`"),
         (b"# dt=0.02\nt,a\n0,1\n0.01,2\n0.02,3\n", "x.csv", "states dt = 0.02 s, but its times are 0.01"),
         (b"x\ny\nUNITS OF CM\nNPTS= 1, DT= .01\n1\n", "x.at2", "line 3: `CM`"),
         (b"x\ny\nVELOCITY IN UNITS OF CM/S\nNPTS= 1, DT= .01\n1\n", "x.vt2", "holds velocity"),
