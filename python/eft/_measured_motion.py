@@ -11,8 +11,13 @@ _ALIKE = 0.5
 """Least correlation of two displacements of one motion. Below it noise or drift is larger than the motion."""
 
 
-def motion_factor(time: Array, sample_rate: float, velocity: Array, displacement: Array) -> float | None:
-    """The displacement over the integral of the velocity, negative if they are opposed; None if not alike."""
+def motion_factor(
+    time: Array, sample_rate: float, velocity: Array, displacement: Array, alike: float = _ALIKE
+) -> float | None:
+    """The displacement over the integral of the velocity, negative if they are opposed.
+
+    None if the correlation of both is below `alike`.
+    """
     whole = np.isfinite(velocity) & np.isfinite(displacement)
     time = time[whole]
     if time.size < 3:
@@ -23,7 +28,7 @@ def motion_factor(time: Array, sample_rate: float, velocity: Array, displacement
         for values in (np.cumsum(velocity[whole]) / sample_rate, displacement[whole])
     )
     by_velocity, by_sensor = float(np.linalg.norm(moved)), float(np.linalg.norm(shown))
-    alike = float(moved @ shown)
-    if abs(alike) <= _ALIKE * by_velocity * by_sensor:
+    common = float(moved @ shown)
+    if abs(common) <= alike * by_velocity * by_sensor:
         return None
-    return by_sensor / by_velocity * float(np.sign(alike))
+    return by_sensor / by_velocity * float(np.sign(common))

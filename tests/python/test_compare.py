@@ -68,6 +68,14 @@ def test_times_that_contradict_velocity_and_displacement_are_refused():
         eft.compare(wrong, other)
 
 
+def test_noise_of_an_idle_velocity_sensor_is_no_motion():
+    rate, displacement = 100.0, 0.05 * np.sin(np.pi * np.arange(6000) / 6000)
+    for seed in range(40):
+        idle = 1e-5 * np.random.default_rng(seed).standard_normal(displacement.size)
+        test = Traces("slow", rate, {"displacement": displacement, "velocity": idle})
+        assert eft.compare(test, test)["displacement"].nrmse == 0.0
+
+
 def test_tests_of_another_length_are_compared():
     short = eft.simulate(RIG, eft.sine_sweep(4000.0, 0.2, 8.0, 0.25, 4096.0))
     assert eft.compare(RUN, short)["command"].nrmse > 0.1 and eft.compare(short, RUN)["command"].nrmse > 0.1

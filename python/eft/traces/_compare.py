@@ -33,6 +33,9 @@ BAND = (0.25, 10.0)
 _MOTION = 30.0
 """Largest factor between a displacement and that by the velocity. One in another unit is above it."""
 
+_ONE_MOTION = 0.95
+"""Least correlation of a displacement and that by the velocity. Noise often has 0.8 with a slow motion."""
+
 _SAME = 0.9
 """Least correlation of a signal with that of the same test in other times."""
 
@@ -248,7 +251,8 @@ def _check_times(reference: Traces, other: Traces, name: str) -> None:
     """Refuse times in another unit: they contradict a motion, or only there both signals are the same."""
     for test in (reference, other):
         if {"velocity", "displacement"} <= test.columns.keys():
-            found = motion_factor(test.time, test.sample_rate, test["velocity"], test["displacement"])
+            motion = test.time, test.sample_rate, test["velocity"], test["displacement"]
+            found = motion_factor(*motion, _ONE_MOTION)
             if found is not None and not 1.0 / _MOTION <= abs(found) <= _MOTION:
                 raise ValueError(
                     f"{test.name}: displacement = {found:.3g} times that by the velocity: must be "
