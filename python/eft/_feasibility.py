@@ -127,7 +127,7 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
       exceeds its limit;
     - biased sensors that trip the protection within a second at rest;
     - a command that begins with a jump, if the feedforward demands more flow than the valve passes;
-    - a known overlap whose ratio to the rms opening exceeds ``verdict.caution.force_error``;
+    - a compensated overlap whose ratio to the rms opening exceeds ``verdict.caution.force_error``;
     - a play of the attachment whose error exceeds that or ``verdict.caution.oscillation``.
 
     Parameters

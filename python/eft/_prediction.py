@@ -44,7 +44,7 @@ class Prediction(NamedTuple):
     null_learned: bool
     """Whether the controller learns the null, and a bias of the velocity with it, during the test."""
     overlap: float
-    """A known overlap over the rms opening."""
+    """An overlap for which the controller compensates, over the rms opening."""
     play: tuple[float, float]
     """Force error by the play of the attachment, about, rms over rms, and the amplitude in N of the
     oscillation that it sustains where the command is small."""
