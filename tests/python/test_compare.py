@@ -42,6 +42,14 @@ def test_alignment_finds_the_shift_that_was_there(late, start):
     assert set(found) == {"command", "force", "displacement"}
 
 
+@pytest.mark.parametrize("cut", [1, 2, 300, 1024])
+def test_alignment_does_not_depend_on_the_end_of_a_test(cut):
+    whole = Traces.from_run(RUN)
+    part = dataclasses.replace(whole, columns={"command": RUN.command[:-cut].copy()})
+    for one, other in ((whole, part), (part, whole)):
+        assert abs(eft.compare(one, other, align=True).shift) < 1e-3 / RATE
+
+
 def in_other_times(traces, factor, start=0.0):
     """The traces with times of another unit."""
     return dataclasses.replace(

@@ -308,7 +308,13 @@ def _lag(reference: Traces, other: Traces, name: str) -> float:
         raise ValueError(
             f"align: the {name} of {other.name} does not correlate with that of {reference.name}"
         )
-    return float(lag) + other.start - reference.start
+    # In whole steps, because values between samples are not exact.
+    whole = round(lag * rate) / rate + other.start - reference.start
+    # A shorter test ends with a jump to zero on the clock, which moves the peak of the correlation.
+    parts = _over_common_time(reference, replace(other, start=other.start - whole), [name])
+    one, two = (part[name] for part in parts)
+    rest = _native.metrics(one, two, rate)["delay"] if one.any() and two.any() else np.nan
+    return whole + float(rest) if abs(rest) <= 1.0 / rate else float(lag) + other.start - reference.start
 
 
 def _over_common_time(reference: Traces, other: Traces, shared: list[str]) -> tuple[Traces, Traces]:
