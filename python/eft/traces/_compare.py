@@ -236,6 +236,8 @@ def compare(
             f"{other.name} has {', '.join(other.columns)}"
         )
     main = next((name for name in shared if name in ("command", "force")), shared[0])
+    for test in (reference, other):
+        _check_motion(test)
     _check_times(reference, other, main)
     shift, by = 0.0, None
     if align:
@@ -247,17 +249,21 @@ def compare(
     return Comparison(reference, other, signals, shift, by, band)
 
 
+def _check_motion(test: Traces) -> None:
+    """Refuse a displacement that is far from the integral of the velocity over the times."""
+    if not {"velocity", "displacement"} <= test.columns.keys():
+        return
+    motion = test.time, test.sample_rate, test["velocity"], test["displacement"]
+    found = motion_factor(*motion, _ONE_MOTION)
+    if found is not None and not 1.0 / _MOTION <= abs(found) <= _MOTION:
+        raise ValueError(
+            f"{test.name}: displacement = {found:.3g} times that by the velocity: must be "
+            f"{1.0 / _MOTION:.2g} to {_MOTION:g} times: check the unit of the times, and of both"
+        )
+
+
 def _check_times(reference: Traces, other: Traces, name: str) -> None:
-    """Refuse times in another unit: they contradict a motion, or only there both signals are the same."""
-    for test in (reference, other):
-        if {"velocity", "displacement"} <= test.columns.keys():
-            motion = test.time, test.sample_rate, test["velocity"], test["displacement"]
-            found = motion_factor(*motion, _ONE_MOTION)
-            if found is not None and not 1.0 / _MOTION <= abs(found) <= _MOTION:
-                raise ValueError(
-                    f"{test.name}: displacement = {found:.3g} times that by the velocity: must be "
-                    f"{1.0 / _MOTION:.2g} to {_MOTION:g} times: check the unit of the times, and of both"
-                )
+    """Refuse two tests of which a signal agrees only with the times of one of them in another unit."""
     if _agree(reference, other, name):
         return
     lasts, other_lasts = (len(test) / test.sample_rate for test in (reference, other))
