@@ -95,11 +95,20 @@ impl Declared {
         for (key, value, after) in assignments(line.text) {
             match key.to_ascii_lowercase().as_str() {
                 "dt" => {
-                    let bare = value.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+                    let bare = value.trim_end_matches(char::is_alphabetic);
                     let dt = number(bare).map_err(|message| Fault::at(line, format!("dt: {message}")))?;
-                    let unit = if bare.len() < value.len() { &value[bare.len()..] } else { after };
-                    // After a number `min` may be another key.
-                    let dt = units::factor(unit, "s").filter(|one| *one < 1.0).map_or(dt, |one| dt * one);
+                    let unit = &value[bare.len()..];
+                    let length = if unit.is_empty() {
+                        // The next word may be a remark.
+                        units::factor(after, "s").unwrap_or(1.0)
+                    } else {
+                        units::factor(unit, "s").ok_or_else(|| {
+                            let allowed = units::units_of("s");
+                            let (value, unit) = (shown(value), shown(unit));
+                            Fault::at(line, format!("dt = {value}: `{unit}` must be one of {allowed}"))
+                        })?
+                    };
+                    let dt = dt * length;
                     if dt <= 0.0 {
                         return Err(Fault::at(line, format!("dt = {dt}: must be positive, in s")));
                     }
@@ -160,17 +169,25 @@ impl Declared {
     }
 }
 
-/// The pairs `key=value` or `key: value` of a line, each with the word after it.
+/// The pairs `key=value` or `key: value` of a line, each with the word after it that is not the next key.
 fn assignments(text: &str) -> impl Iterator<Item = (&str, &str, &str)> {
     let separator = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | '#' | '(' | ')');
     // Elsewhere `%` may be part of a unit: 1 % of g is not g.
     let text = text.trim_start().trim_start_matches('%');
-    let parts = text.split(['=', ':']);
-    parts.clone().zip(parts.skip(1)).filter_map(move |(left, right)| {
-        let key = left.split(separator).rfind(|word| !word.is_empty())?;
-        let mut words = right.split(separator).filter(|word| !word.is_empty());
-        Some((key, words.next()?, words.next().unwrap_or_default()))
+    let mut parts = text.split(['=', ':']).peekable();
+    let mut left = parts.next().unwrap_or_default();
+    std::iter::from_fn(move || {
+        let right = parts.next()?;
+        let key = left.split(separator).rfind(|word| !word.is_empty());
+        let words: Vec<_> = right.split(separator).filter(|word| !word.is_empty()).collect();
+        let own = words.len() - usize::from(parts.peek().is_some() && words.len() > 1);
+        left = right;
+        Some(
+            key.zip(words.first().copied())
+                .map(|(key, value)| (key, value, words[..own].get(1).copied().unwrap_or_default())),
+        )
     })
+    .flatten()
 }
 
 fn words(name: &str) -> Vec<String> {

@@ -163,6 +163,7 @@ fn a_file_without_a_record_is_refused() {
         (b"t_s,velocity\n0,1\n1,2\n", "x.csv", "`velocity` is not an acceleration"),
         (b"# dt = -0.01\n1\n", "x.csv", "line 1: dt = -0.01"),
         (b"# units: counts\n1\n", "x.csv", "`counts`"),
+        (b"# dt = 100Hz\n1\n", "x.csv", "line 1: dt = 100Hz: `Hz` must be one of s, ms"),
         (b"# units = % g\n1\n", "x.csv", "`%`"),
         (b"%units: %g\n1\n", "x.csv", "`%g`"),
         (b"# dt=0.02\nt,a\n0,1\n0.01,2\n0.02,3\n", "x.csv", "states dt = 0.02 s, but its times are 0.01"),
@@ -176,6 +177,25 @@ fn a_file_without_a_record_is_refused() {
     ] {
         let text = message(content, name);
         assert!(text.starts_with(name) && text.contains(expected), "{text}");
+    }
+}
+
+#[test]
+fn a_step_in_a_comment_has_its_unit() {
+    for (comment, dt) in [
+        ("dt = 0.02", 0.02),
+        ("dt = 0.02s, npts = 2", 0.02),
+        ("dt = 20 ms npts = 2", 0.02),
+        ("dt = 500µs", 5e-4),
+        ("dt: 0.5 min", 30.0),
+        ("dt = 0.5min, npts = 2", 30.0),
+        ("dt = 0.01 h", 36.0),
+        // The extremes of the record.
+        ("dt = 0.02 min = -1 max = 1", 0.02),
+        ("dt = 0.02 of the digitizer", 0.02),
+    ] {
+        let record = parse(format!("# units = g, {comment}\n1\n-1\n").as_bytes(), "x.csv").unwrap();
+        assert!((record.dt - dt).abs() < 1e-12 * dt, "{comment}: {}", record.dt);
     }
 }
 
