@@ -78,8 +78,8 @@ pub(crate) enum Verdict {
     /// Nothing can be learned from it.
     Passed,
     /// The models no longer explain the measurements. `learned` says whether anything was learned since the last
-    /// rejection or the start, and `again` whether nothing was learned since the last rejection.
-    Rejected { learned: bool, again: bool },
+    /// rejection.
+    Rejected { learned: bool },
 }
 
 impl<T: Real> Gate<T> {
@@ -87,11 +87,6 @@ impl<T: Real> Gate<T> {
     pub(crate) fn wait(&self, state: &mut GateState<T>, least: u32) {
         let left = state.hold_off.saturating_sub(1);
         state.hold_off = if left > least { left } else { least };
-    }
-
-    /// Whether the first half of the hold-off after a rejection lasts. What was rejected may still be in the low-passes.
-    pub(crate) fn is_in_first_half(&self, state: &GateState<T>) -> bool {
-        state.hold_off > self.hold_off / 2
     }
 
     /// Adds the unexplained parts of both models and decides. `usable` means that the window is complete and that the
@@ -115,9 +110,9 @@ impl<T: Real> Gate<T> {
         if !(state.signal > T::splat(GATE_SIGNAL) * self.excitation) {
             return Verdict::Passed;
         }
-        let (learned, again) = (state.learned, state.cautious);
+        let learned = state.learned;
         (state.hold_off, state.learned, state.cautious) = (self.hold_off, false, true);
-        Verdict::Rejected { learned, again }
+        Verdict::Rejected { learned }
     }
 
     /// The weight of an accepted window's evidence. The commanded opening must be large enough. The measured and the

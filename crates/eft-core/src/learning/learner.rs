@@ -86,7 +86,6 @@ impl<T: Real, const N: usize> Learner<T, N> {
             since_start: 0,
             filtered: false,
             means_go_on: false,
-            means_restart: false,
             means: Means::default(),
             mean_share: one,
             share: one,
@@ -209,15 +208,11 @@ impl<T: Real, const N: usize> Learner<T, N> {
         let signals = Signals { flow, spool, commanded: opening, commanded_change: change };
         let usable = whole && self.adapts;
         let verdict = self.gate.judge(&mut state.gate, &signals, usable);
-        if let Verdict::Rejected { learned, again } = verdict {
+        if let Verdict::Rejected { learned } = verdict {
             state.checkpoints.restore(&mut state.evidence);
             state.curve.nodes.reset_variances();
             // If nothing was learned since the last rejection, the means may be wrong.
-            (state.means_go_on, state.means_restart) = (!learned, again);
-        }
-        // Wrong means would be in the filtered signals for seconds.
-        if state.means_restart && self.gate.is_in_first_half(&state.gate) {
-            state.mean_share = T::splat(1.0);
+            state.means_go_on = !learned;
         }
         // Distrusted measurements do not enter the means either.
         let stopped = state.gate.is_held_off() && !state.means_go_on;

@@ -147,7 +147,7 @@ fn error_and_signal_are_sums_of_the_squares_of_flows_and_openings() {
 fn a_test_ratio_of_one_is_accepted() {
     let verdict = |residual: f64| PROMPT.judge(&mut GateState::default(), &flows(residual, 2.0), true);
     assert_eq!(verdict(1.0), Verdict::Accepted);
-    assert_eq!(verdict(1.001), Verdict::Rejected { learned: false, again: false });
+    assert_eq!(verdict(1.001), Verdict::Rejected { learned: false });
 }
 
 #[test]
@@ -166,17 +166,11 @@ fn after_a_rejection_a_test_ratio_of_one_half_is_rejected_until_something_is_lea
 
 #[test]
 fn a_rejection_holds_off_and_reports_once_that_something_was_learned() {
-    for (learned, again) in [(true, false), (false, false), (false, true)] {
-        let mut state = GateState { learned, cautious: again, ..GateState::default() };
-        assert_eq!(PROMPT.judge(&mut state, &flows(2.0, 2.0), true), Verdict::Rejected { learned, again });
+    for learned in [true, false] {
+        let mut state = GateState { learned, ..GateState::default() };
+        assert_eq!(PROMPT.judge(&mut state, &flows(2.0, 2.0), true), Verdict::Rejected { learned });
         assert_eq!((state.hold_off, state.learned, state.cautious), (7, false, true));
     }
-}
-
-#[test]
-fn the_first_half_of_a_hold_off_is_the_longer_one() {
-    let first = |hold_off: u32| PROMPT.is_in_first_half(&GateState { hold_off, ..GateState::default() });
-    assert_eq!([7, 4, 3, 0].map(first), [true, true, false, false]);
 }
 
 #[test]
@@ -194,8 +188,7 @@ fn nothing_is_judged_while_held_off_or_unusable() {
 fn a_signal_of_three_times_the_excitation_may_be_noise() {
     let gate = Gate { per_square_flow: 1.0, ..PROMPT };
     // The square of 1.5 is nine times the excitation.
-    let rejected = Verdict::Rejected { learned: false, again: false };
-    for (measured, expected) in [(1.5, Verdict::Passed), (1.51, rejected)] {
+    for (measured, expected) in [(1.5, Verdict::Passed), (1.51, Verdict::Rejected { learned: false })] {
         let mut state = GateState::default();
         assert_eq!(gate.judge(&mut state, &flows(3.0, measured), true), expected, "{measured}");
         assert_eq!(state.is_held_off(), expected != Verdict::Passed);

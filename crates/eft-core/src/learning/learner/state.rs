@@ -27,8 +27,6 @@ pub struct LearnerState<T> {
     pub(super) filtered: bool,
     /// Whether the means continue although learning is held off.
     pub(super) means_go_on: bool,
-    /// Whether the means begin anew in this hold-off.
-    pub(super) means_restart: bool,
     pub(super) means: Means<T>,
     /// The means' share in a window if learning is not held off.
     pub(super) mean_share: T,
@@ -47,7 +45,7 @@ pub struct LearnerState<T> {
     /// The last standard deviations.
     pub(in crate::learning) deviations: Deviations<T>,
 }
-integrity!(LearnerState<T>: number, since_checkpoint, since_start, filtered, means_go_on, means_restart, means, mean_share, share, filters, flows, gate, flow, valve, guard, evidence, checkpoints, curve, deviations);
+integrity!(LearnerState<T>: number, since_checkpoint, since_start, filtered, means_go_on, means, mean_share, share, filters, flows, gate, flow, valve, guard, evidence, checkpoints, curve, deviations);
 
 /// Means and changes over the last whole window.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -155,32 +155,11 @@ fn rejected(learned: bool) -> LearnerState<f64> {
 }
 
 #[test]
-fn the_means_go_on_after_a_rejection_before_anything_was_learned() {
+fn the_means_go_on_after_a_second_rejection_without_learning() {
     let state = rejected(true);
     assert_eq!(state.share.to_bits(), 0);
     let state = rejected(false);
     near("share", state.share, 0.25);
-}
-
-#[test]
-fn the_means_begin_anew_after_a_second_rejection_without_learning() {
-    let mut learner = slow();
-    learner.gate.threshold = 0.0;
-    let (mut state, half) = (rejected(true), learner.gate.hold_off / 2);
-    let mut share = |windows: u32| {
-        for _ in 0..windows {
-            let next = window(state.number, HIGH);
-            learner.update(&mut state, &next);
-        }
-        state.share
-    };
-    // The last window of the first hold-off, the second rejection, and the end of the first half of its hold-off.
-    assert_eq!(share(2 * half - 1).to_bits(), 0);
-    for windows in [1, half - 1] {
-        near("share", share(windows), 1.0);
-    }
-    near("share", share(1), 0.5);
-    near("share", share(1), 1.0 / 3.0);
 }
 
 #[test]
