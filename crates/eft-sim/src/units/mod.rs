@@ -10,11 +10,17 @@ use grammar::unit;
 pub use table::STANDARD_GRAVITY;
 use table::{MEASURED, OFFERED, units};
 
+/// Bytes of the longest number with a unit. The time for a text grows with the square of its length.
+const LONGEST: usize = 100;
+
 /// The SI value of a text with a number and a unit, if the unit has the dimension of `si`.
 ///
 /// A text without a unit is a pure number. `None` if the text is not a quantity, or as for [`factor`].
 pub fn quantity(text: &str, si: &str) -> Option<f64> {
     let text = text.trim();
+    if text.len() > LONGEST {
+        return None;
+    }
     // The longest prefix that is a number: "1e3 m" has an exponent, "1 e" has none.
     let (number, rest) =
         (1..=text.len()).rev().filter(|end| text.is_char_boundary(*end)).find_map(|end| {

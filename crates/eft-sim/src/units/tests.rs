@@ -130,6 +130,15 @@ fn a_text_that_is_not_a_quantity_of_the_dimension_is_refused() {
     }
 }
 
+/// A million digits took more than a minute.
+#[test]
+fn a_text_longer_than_any_quantity_is_refused_at_once() {
+    for filler in ["9", " "] {
+        assert_eq!(quantity(&format!("1{} x m", filler.repeat(1_000_000)), "m"), None);
+    }
+    assert_eq!(quantity(&format!("{}1 m", " ".repeat(1_000_000)), "m"), Some(1.0));
+}
+
 #[test]
 fn a_unit_is_the_first_of_those_that_convert_to_it() {
     assert_eq!(units_of("kg"), "kg, t, tonne, lb, slug");
