@@ -42,8 +42,8 @@ def test_an_unknown_lap_near_the_size_of_the_opening_has_the_predicted_error(cha
 @pytest.mark.parametrize(
     "changes", [{"compensation.mode": "linear"}, {"compensation.mode": "off", "controller.force_loop": "pd"}]
 )
-@pytest.mark.parametrize("lap", [3e-4, 1e-3])
-def test_a_known_overlap_has_the_errors_of_an_unknown_one_where_the_scheme_ignores_it(changes, lap):
+@pytest.mark.parametrize("lap", [-1e-3, 3e-4, 1e-3])
+def test_a_known_lap_has_the_errors_of_an_unknown_one_where_the_scheme_ignores_it(changes, lap):
     rig = RIG.replace(changes | {"structure.damping": 7000.0, "servovalve.overlap": lap})
     found, metrics = eft.check_feasibility(rig, SWEEP), eft.simulate(rig, SWEEP).metrics()
     assert found.force_error == pytest.approx(metrics.nrmse, rel=0.35)

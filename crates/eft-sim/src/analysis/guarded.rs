@@ -24,7 +24,7 @@ pub(crate) struct Guarded {
 /// # Errors
 /// As [`linearize`](crate::analysis::linear::linearize); a design that does not exist at this rate.
 pub fn guarded(rig: &RigConfig, sample_rate: f64) -> Result<Option<RigConfig>> {
-    Ok(after_guard(&rig.with_known_lap(), 1.0, sample_rate)?.map(|found| found.rig))
+    Ok(after_guard(&rig.with_known_lap(sample_rate)?, 1.0, sample_rate)?.map(|found| found.rig))
 }
 
 /// As [`guarded`], with what makes the guard act. The rig's flow has this gain (1) because of its openings. Where they pass

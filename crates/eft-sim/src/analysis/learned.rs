@@ -11,7 +11,7 @@ use eft_core::window_ticks;
 use crate::analysis::guarded::after_guard;
 use crate::analysis::linear::{compensated_share, deviation, sampling_delays, valve_response};
 use crate::analysis::motion::motion;
-use crate::config::{ForceLoop, Realization, RigConfig, VelocitySource};
+use crate::config::{Realization, RigConfig, VelocitySource};
 use crate::error::Result;
 
 /// Longest response delay (s) that a rig may have.
@@ -58,7 +58,7 @@ pub(crate) fn after_learning(
     sample_rate: f64,
 ) -> Result<(RigConfig, Vec<Unreached>)> {
     let lap = rig.plant().servovalve.overlap - rig.compensated_lap();
-    let rig = &rig.with_known_lap();
+    let rig = &rig.with_known_lap(sample_rate)?;
     let calibrated = calibrated(rig, sample_rate)?;
     let level = rig.compensation.level;
     let share = if level > 0.0 { compensated_share(&calibrated)? / level } else { 1.0 };
@@ -89,8 +89,7 @@ pub(crate) fn after_learning(
     let velocity_delay = -motion.used_over_true.arg() / motion.angular;
     let most = known + VELOCITY_DELAY_REACH[1] * rig.compensation.response_delay;
     let mut unfound = (velocity_delay - most).max(0.0);
-    let analog = rig.controller.realization == Realization::Analog;
-    if analog && rig.controller.force_loop == ForceLoop::Pd {
+    if rig.controller.realization == Realization::Analog {
         // The valve command is measured behind the converter, whose delay must be told.
         unfound += (f64::from(rig.plant().dac.delay) - f64::from(rig.dac.delay)) / sample_rate;
     }

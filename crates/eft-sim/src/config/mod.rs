@@ -266,21 +266,25 @@ impl RigConfig {
         varied
     }
 
-    /// The lap (1) for which the controller compensates: no overlap in the linear scheme, or without a compensation
-    /// in which the step over the overlap could be.
+    /// The lap (1) for which the controller compensates: none in the linear scheme, which has no flow table, and without a
+    /// compensation only the overlap that a digital controller steps over.
     pub(crate) fn compensated_lap(&self) -> f64 {
-        let (lap, analog) = (self.servovalve.overlap, self.controller.realization == Realization::Analog);
-        match self.compensation.mode {
-            Mode::Nonlinear => lap,
-            Mode::Off if !analog || self.controller.force_loop == ForceLoop::Robust => lap,
-            Mode::Linear | Mode::Off => lap.min(0.0),
+        let lap = self.servovalve.overlap;
+        match (self.compensation.mode, self.controller.realization) {
+            (Mode::Nonlinear, _) => lap,
+            (Mode::Off, Realization::Digital) => lap.max(0.0),
+            (Mode::Linear | Mode::Off, _) => 0.0,
         }
     }
 
-    /// The rig whose valve has the lap for which the controller compensates. Another lap has no effect on a large
-    /// motion.
-    pub(crate) fn with_known_lap(&self) -> Self {
-        self.varied(|values| values.servovalve.overlap = self.compensated_lap())
+    /// The rig with its gains at a sample rate (Hz), whose valve has the lap for which the controller compensates. Another
+    /// lap has no effect on a large motion.
+    ///
+    /// # Errors
+    /// A design that does not exist at this rate.
+    pub(crate) fn with_known_lap(&self, sample_rate: f64) -> Result<Self> {
+        let lap = self.compensated_lap();
+        Ok(self.with_fixed_gains(sample_rate)?.varied(|values| values.servovalve.overlap = lap))
     }
 }
 

@@ -74,7 +74,7 @@ pub fn predict(rig: &RigConfig, commands: &[Command]) -> Result<Option<Predictio
     let found = |rig: &RigConfig| {
         let Some(transform) = Transform::of(commands)? else { return Ok(None) };
         // An unknown lap and a curve change the gain of the loop, which determines the openings.
-        let unknown = Unknown::of(rig)?;
+        let unknown = Unknown::of(rig, transform.sample_rate)?;
         let (mut gain, mut test) = (1.0, Loop::of(rig, 1.0, commands, &transform)?);
         let about_null =
             Oscillation::of(&test.rig, unknown.underlap(), commands.len(), transform.sample_rate)?;
@@ -148,7 +148,7 @@ impl Loop {
         let learns = rig.compensation.adaptive;
         // An unknown lap disturbs the loop with the known one.
         let (mut rig, unreached) =
-            if learns { after_learning(&told, gain, rate)? } else { (told.with_known_lap(), Vec::new()) };
+            if learns { after_learning(&told, gain, rate)? } else { (told.with_known_lap(rate)?, Vec::new()) };
         let rejected = unreached.iter().any(|one| matches!(one, Unreached::Rejected(..)));
         let learned = learns && !rejected && rig.compensation.level > 0.0;
         let mut adaptation = learned.then(|| Adaptation::of(&told, &rig, rate)).transpose()?;

@@ -45,17 +45,17 @@ pub(super) struct Unknown {
 }
 
 impl Unknown {
-    pub(super) fn of(rig: &RigConfig) -> Result<Self> {
+    pub(super) fn of(rig: &RigConfig, sample_rate: f64) -> Result<Self> {
         let plant = rig.plant();
         let valve = &plant.servovalve;
         let learns = rig.compensation.adaptive && rig.compensation.mode != Mode::Off;
         let table = rig.servovalve.flow_table.table()?;
         Ok(Self {
             // The slopes about rest are those of the loop with the known lap.
-            curve: Curve::of(&rig.with_known_lap())?,
+            curve: Curve::of(&rig.with_known_lap(sample_rate)?)?,
             overlap: valve.overlap - rig.compensated_lap(),
             null: rig.opening_at_rest(0) - valve.null_bias,
-            underlap: (-rig.servovalve.overlap).max(0.0),
+            underlap: (-rig.compensated_lap()).max(0.0),
             friction: plant.actuator.friction,
             friction_velocity: plant.actuator.friction_velocity,
             node: (learns && rig.compensation.corrects_curve())
