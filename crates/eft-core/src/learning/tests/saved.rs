@@ -344,6 +344,18 @@ fn no_mean_exceeds_what_the_largest_signals_give() {
     refused("calibration.curve.mean_departure", 0.2, &|s, value| s.curve.mean_departure = value);
 }
 
+/// An opening that grows as `exp(30·t)` has the rate `x' = 30·x`. The mean of `x·x'` is then the largest that the mean
+/// squares allow, and may exceed it by the rounding of its sum.
+#[test]
+fn the_mean_products_of_a_growing_opening_may_exceed_their_bound_by_rounding() {
+    for (share, expected) in [(1.0, true), (1.0005, true), (-1.0005, true), (1.0015, false), (-1.0015, false)]
+    {
+        let mut given = saved();
+        given.evidence.growth = share * 30.0;
+        assert_eq!(learner().start_from(&given).is_ok(), expected, "{share}");
+    }
+}
+
 #[test]
 fn nothing_starts_without_evidence_or_without_estimates() {
     let mut given = saved();

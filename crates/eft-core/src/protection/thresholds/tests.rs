@@ -62,6 +62,15 @@ fn the_gate_of_a_displacement_that_shows_the_velocity_is_as_wide_as_noise_and_ac
 }
 
 #[test]
+fn a_sensor_that_jumped_must_agree_for_half_of_the_lost_samples_and_one_more() {
+    for (lost_samples, expected) in [(0, 1), (3, 2), (10, 6), (100_000, 50_001)] {
+        let protection = ProtectionParameters { lost_samples, ..ProtectionParameters::DEFAULT };
+        let watch = put(&Parameters::ZHAO2005, &protection, &PlausibilityParameters::DEFAULT).unwrap();
+        assert_eq!(watch.gate.confirmations, expected, "{lost_samples}");
+    }
+}
+
+#[test]
 fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
     // Noise of 78 N, 63.5 µm, 0.525 mm/s and 0.05 %, with one false alarm in a thousand hours at 4096 Hz. Four signals
     // have 2^36 readings in this time, so the exponent is 36·ln 2 = 24.953, which means 7.064 deviations.

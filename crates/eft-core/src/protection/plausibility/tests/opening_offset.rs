@@ -80,6 +80,21 @@ fn without_the_force_the_missing_opening_is_learned_from_piston_and_spool() {
     assert_eq!(state.opening_offset, before().opening_offset, "a lost spool");
 }
 
+/// The flow curve begins at the known null. A valve that passes its flow from there on misses no opening.
+#[test]
+fn without_the_force_a_known_null_bias_is_no_missing_opening() {
+    let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
+    let (watch, control) = (Plausibility { null_bias: 0.05, ..round() }, control());
+    // The area is 2 m².
+    let velocity = 0.5 * 1.2 * libm::sqrt(0.9) * table.flow(SPOOL - 0.05);
+    let mut state = PlausibilityState { velocity, distrusted: [true, false, false, false], ..before() };
+    watch.learn_null_without_force(&mut state, &input(), &control);
+    let mut expected = before().opening_offset;
+    expected.add(0.0, SPOOL - 0.05, PERIOD);
+    near("null bias", state.null_bias(), expected.null_bias());
+    near("at an opening", state.opening_offset.at(0.3), expected.at(0.3));
+}
+
 #[test]
 fn a_missing_and_an_added_opening_move_the_piston_by_the_slope_of_the_flow() {
     let table = FlowTable::<f64, 21>::new(RIG.openings, RIG.flows).unwrap();
