@@ -35,6 +35,19 @@ pub enum ConfigError {
         /// The highest value allowed.
         highest: f64,
     },
+    /// An entry of a table that is not finite or outside the stated range.
+    Entry {
+        /// The table's name.
+        parameter: &'static str,
+        /// The entry.
+        index: usize,
+        /// The value given.
+        value: f64,
+        /// The lowest value allowed.
+        lowest: f64,
+        /// The highest value allowed.
+        highest: f64,
+    },
     /// A table whose entries do not increase strictly, after rounding to the scalar in use.
     NotIncreasing {
         /// The table's name.
@@ -72,6 +85,10 @@ impl fmt::Display for ConfigError {
             Self::OutOfRange { parameter, value, lowest, highest } => {
                 let (value, lowest, highest) = (Short(value), Short(lowest), Short(highest));
                 write!(f, "{parameter} = {value}: must lie in [{lowest}, {highest}]")
+            }
+            Self::Entry { parameter, index, value, lowest, highest } => {
+                let (value, lowest, highest) = (Short(value), Short(lowest), Short(highest));
+                write!(f, "{parameter}[{index}] = {value}: must lie in [{lowest}, {highest}]")
             }
             Self::NotIncreasing { parameter, index } => {
                 write!(

@@ -237,6 +237,10 @@ fn refusal(error: ConfigError) -> (u8, eft_error) {
         ConfigError::OutOfRange { parameter, value, lowest, highest } => {
             (EFT_OUT_OF_RANGE, parameter, [value, lowest, highest], 0)
         }
+        ConfigError::Entry { parameter, index, value, lowest, highest } => {
+            let code = if value.is_finite() { EFT_OUT_OF_RANGE } else { EFT_NOT_FINITE };
+            (code, parameter, [value, lowest, highest], index)
+        }
         ConfigError::NotIncreasing { parameter, index } => (EFT_NOT_INCREASING, parameter, [0.0; 3], index),
         ConfigError::TooSteep { parameter, index } => (EFT_TOO_STEEP, parameter, [0.0; 3], index),
         ConfigError::Length { parameter, length, shortest, longest } => {

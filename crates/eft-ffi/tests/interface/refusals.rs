@@ -229,6 +229,8 @@ fn a_refusal_says_which_value_entry_and_range() {
     assert_eq!(refused(&GUARDED, |p| p.level = 11.0), (11.0, 0.0, 10.0, 0));
     assert_eq!(refused(&GUARDED, |p| p.sign_from = 9), (9.0, 0.0, 1.0, 0));
     assert_eq!(refused(&GUARDED, |p| p.flows[4] = -1.0), (0.0, 0.0, 0.0, 4));
+    assert_eq!(refused(&GUARDED, |p| p.flows[5] = 2e12), (2e12, -LARGEST, LARGEST, 5));
+    assert_eq!(refused(&GUARDED, |p| p.openings[3] = f64::INFINITY), (f64::INFINITY, -LARGEST, LARGEST, 3));
     assert_eq!(refused(&GUARDED, |p| p.table_length = 22), (22.0, 2.0, 21.0, 0));
     assert_eq!(refused(&LEARNING, |p| p.sample_rate = 100.0), (100.0, 200.0, LARGEST, 0));
 }

@@ -1,13 +1,17 @@
 //! A map from its knots.
 
-use crate::error::{ConfigError, LARGEST, check, within};
+use crate::error::{ConfigError, LARGEST, check};
 use crate::number::{CELLS, CROWDED, Row};
 use crate::table::PiecewiseLinear;
 
-/// An entry of a list; NaN beyond its end, which every check refuses.
+/// An entry of a list, which must lie within ±[`LARGEST`].
 #[allow(clippy::indexing_slicing)]
-const fn item(list: &[f64], i: usize) -> f64 {
-    if i < list.len() { list[i] } else { f64::NAN }
+const fn item(parameter: &'static str, list: &[f64], index: usize) -> Result<f64, ConfigError> {
+    let value = if index < list.len() { list[index] } else { f64::NAN };
+    if value >= -LARGEST && value <= LARGEST {
+        return Ok(value);
+    }
+    Err(ConfigError::Entry { parameter, index, value, lowest: -LARGEST, highest: LARGEST })
 }
 
 macro_rules! constructor {
@@ -67,9 +71,8 @@ macro_rules! constructor {
                 *self = Self::EMPTY;
                 let mut i = 0;
                 while i < len {
-                    let (start, value) = (item(x, i), item(y, i));
-                    let start = check!(within(x_name, start, -LARGEST, LARGEST)) as $t;
-                    let value = check!(within(y_name, value, -LARGEST, LARGEST)) as $t;
+                    let start = check!(item(x_name, x, i)) as $t;
+                    let value = check!(item(y_name, y, i)) as $t;
                     self.put(i, start, value, 0.0);
                     if i > 0 && start <= self.row(i - 1).start {
                         return Err(ConfigError::NotIncreasing { parameter: x_name, index: i });
