@@ -203,7 +203,7 @@ impl eft_parameters {
                 copied: excitation flow_gain_bounds valve_gain_bounds response_delay_bounds age_limit;
                 switches: adaptive curve_correction guard;
             },
-            protection: switch("enabled", p.enabled)?.then_some(protection),
+            protection: switch("protection", p.enabled)?.then_some(protection),
         })
     }
 

@@ -3,7 +3,7 @@
 use crate::integrity::integrity;
 
 use crate::compensation::{CurvePiece, LeadNetwork, PIECES, table_itself};
-use crate::error::{ConfigError, check, positive, within};
+use crate::error::{ConfigError, LARGEST, SMALLEST, check, positive, within};
 use crate::number::{Flags, Scalar};
 use crate::parameters::Parameters;
 
@@ -198,8 +198,10 @@ macro_rules! constructor {
             /// From the configuration.
             pub(crate) const fn by(p: &Parameters) -> Result<Self, ConfigError> {
                 let valve_gain = check!(positive("valve_gain", p.valve_gain));
-                let gain = 1.0 / (check!(positive("proportional_gain", p.proportional_gain)) * valve_gain);
-                Self::new(gain, p.response_delay, p.lead_alpha, p.sample_rate)
+                let proportional = check!(positive("proportional_gain", p.proportional_gain));
+                let (lowest, highest) = (1.0 / (LARGEST * proportional), 1.0 / (SMALLEST * proportional));
+                check!(within("valve_gain", valve_gain, lowest, highest));
+                Self::new(1.0 / (proportional * valve_gain), p.response_delay, p.lead_alpha, p.sample_rate)
             }
         }
     };
@@ -227,6 +229,30 @@ mod tests {
         assert!(deviations.into_iter().all(|deviation| deviation > f64::MAX));
         // 1/(G_p·K_s)
         assert!((found.lead.gain() * 0.8059 * 0.1 - 1.0).abs() < 1e-15);
+    }
+
+    /// The value and the range are those of a parameter, not of `1/(G_p·K_s)`.
+    #[test]
+    fn a_product_of_gains_out_of_range_is_refused_by_the_valve_gain() {
+        for (proportional_gain, refused, accepted) in
+            [(1e-2, 0.999e-10, 1.001e-10), (1e8, 1.001e10, 0.999e10)]
+        {
+            let of = |valve_gain| {
+                Calibration::<f64>::nominal(&Parameters {
+                    proportional_gain,
+                    valve_gain,
+                    ..Parameters::ZHAO2005
+                })
+            };
+            let error = of(refused).unwrap_err();
+            let ConfigError::OutOfRange { parameter: "valve_gain", value, lowest, highest } = error else {
+                panic!("{error:?}");
+            };
+            assert!(value.total_cmp(&refused).is_eq());
+            let allowed = [1e-12 / proportional_gain, 1e18 / proportional_gain];
+            assert!((lowest / allowed[0] - 1.0).abs() < 1e-12 && (highest / allowed[1] - 1.0).abs() < 1e-12);
+            assert!(of(accepted).is_ok());
+        }
     }
 
     #[test]

@@ -113,10 +113,10 @@ macro_rules! constructor {
                 }
                 let valve_gain = check!(positive("valve_gain", p.valve_gain));
                 let per_volt = valve_gain * check!(positive("proportional_gain", p.proportional_gain));
-                let sensitivity = check!(positive("force_sensitivity", p.force_sensitivity));
-                let sample_rate = check!(positive("sample_rate", p.sample_rate));
                 // More than the stroke for 1 N is no force loop. The sum is finite for every command within this bound.
-                let per_error = check!(within("proportional_gain", per_volt * sensitivity, 0.0, 1.0));
+                let sensitivity = check!(positive("force_sensitivity", p.force_sensitivity));
+                check!(within("force_sensitivity", sensitivity, 0.0, 1.0 / per_volt));
+                let sample_rate = check!(positive("sample_rate", p.sample_rate));
                 let wide = Self {
                     overlap: overlap as $t,
                     slope: (1.0 / WIDE_STEP) as $t,
@@ -131,7 +131,7 @@ macro_rules! constructor {
                 Ok(Self {
                     slope: (1.0 / NARROW_STEP) as $t,
                     low_pass_gain: (1.0 / (1.0 + sample_rate * LOW_PASS_TIME * p.response_delay)) as $t,
-                    per_error: per_error as $t,
+                    per_error: (per_volt * sensitivity) as $t,
                     per_integral: valve_gain as $t,
                     ..wide
                 })
@@ -207,6 +207,17 @@ mod tests {
         assert!((sum + 0.012).abs() < 1e-12, "{sum}");
         let found = lap.add_step(sum, 0.003);
         assert!((found - (0.003 - 0.02)).abs() < 1e-12, "{found}");
+    }
+
+    /// The value and the range are those of a parameter, not of a product.
+    #[test]
+    fn a_force_loop_that_opens_the_valve_for_a_newton_is_refused_by_the_sensitivity() {
+        let rig = |force_sensitivity| Parameters { force_sensitivity, ..RIG };
+        let highest = 1.0 / (RIG.valve_gain * RIG.proportional_gain);
+        let refused = OverlapStep::<f64>::new(&rig(20.0)).unwrap_err();
+        let parameter = "force_sensitivity";
+        assert_eq!(refused, ConfigError::OutOfRange { parameter, value: 20.0, lowest: 0.0, highest });
+        assert!(OverlapStep::<f64>::new(&rig(highest)).is_ok());
     }
 
     #[test]

@@ -174,7 +174,7 @@ fn parameters_are_refused_by_name_in_either_precision() {
         (|p| p.learning.adaptive = 2, EFT_OUT_OF_RANGE, "adaptive"),
         (|p| p.learning.curve_correction = 2, EFT_OUT_OF_RANGE, "curve_correction"),
         (|p| p.learning.guard = 2, EFT_OUT_OF_RANGE, "guard"),
-        (|p| p.protection.enabled = 2, EFT_OUT_OF_RANGE, "enabled"),
+        (|p| p.protection.enabled = 2, EFT_OUT_OF_RANGE, "protection"),
         (|p| p.table_length = 22, EFT_LENGTH, "table_length"),
         (|p| p.table_length = 1, EFT_LENGTH, "openings"),
         (|p| p.flows[3] = p.flows[2], EFT_NOT_INCREASING, "flows"),
