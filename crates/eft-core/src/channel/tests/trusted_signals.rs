@@ -3,7 +3,7 @@
 use super::*;
 use crate::channel::state::CalibrationHistory;
 use crate::compensation::{Calibration, LeadNetwork};
-use crate::parameters::{Levels, VelocitySource};
+use crate::parameters::{Levels, Mode, VelocitySource};
 
 fn watched() -> Channel<f64, 21> {
     Channel::<f64, 21>::new(&Parameters { protection: WATCHED, ..RIG }).unwrap()
@@ -15,6 +15,22 @@ fn moving(channel: &Channel<f64, 21>) -> ChannelState<f64> {
     for tick in 0..60 {
         channel.step(&mut state, &swing(tick));
     }
+    state
+}
+
+/// A swing with the displacement (m) of its velocity.
+fn measured(tick: u32) -> Input<f64> {
+    let displacement = 0.2 / (0.01 * RIG.sample_rate) * (1.0 - libm::cos(0.01 * f64::from(tick)));
+    Input { displacement, ..swing(tick) }
+}
+
+/// A state in the middle of such a swing.
+fn healthy(channel: &Channel<f64, 21>) -> ChannelState<f64> {
+    let mut state = channel.at_rest();
+    for tick in 0..60 {
+        channel.step(&mut state, &measured(tick));
+    }
+    assert!(!state.protection.is_tripped());
     state
 }
 
@@ -131,12 +147,8 @@ fn after_a_force_level_the_velocity_is_doubted_and_after_another_level_not() {
 #[test]
 fn after_a_blamed_displacement_the_flow_decides_whether_the_velocity_is_doubted() {
     let channel = watched();
-    let travel = |tick: u32| 0.2 / (0.01 * RIG.sample_rate) * (1.0 - libm::cos(0.01 * f64::from(tick)));
-    let swing = |tick: u32| Input { displacement: travel(tick), ..swing(tick) };
-    let mut healthy = channel.at_rest();
-    for tick in 0..60 {
-        channel.step(&mut healthy, &swing(tick));
-    }
+    let swing = measured;
+    let healthy = healthy(&channel);
     for (velocity_turns, distrusted) in [(false, false), (true, true)] {
         let mut state = healthy;
         state.protection.trip_by(Cause::DisplacementImplausible);
@@ -181,6 +193,56 @@ fn a_distrusted_force_or_displacement_counts_as_zero() {
     }
 }
 
+/// A closed valve would make a larger force than the loop, which stops a motion that only the flow balance shows.
+#[test]
+fn a_motion_by_the_flow_balance_is_stopped_by_the_loop_until_the_command_has_faded() {
+    let force = Levels { warning: 2e3, trip: 2e3 };
+    let protection = WATCHED.map(|p| ProtectionParameters { force, ..p });
+    let channel = Channel::<f64, 21>::new(&Parameters { protection, ..RIG }).unwrap();
+    for (causes, opens_at_once) in [
+        ([Cause::VelocityImplausible, Cause::DisplacementImplausible], false),
+        ([Cause::VelocityImplausible, Cause::VelocityImplausible], true),
+    ] {
+        let mut state = healthy(&channel);
+        for cause in causes {
+            state.plausibility.distrust(cause);
+            state.protection.trip_by(cause);
+        }
+        // The force is beyond 1.25 times its level from tick 104 on, and the command has faded 0.1 s after tick 60.
+        let opened = (60..1000_u32)
+            .find(|tick| channel.step(&mut state, &measured(*tick)).status & status::SHUT_DOWN != 0);
+        let opened = opened.unwrap();
+        assert!(if opens_at_once { opened < 160 } else { (400..600).contains(&opened) }, "{opened}");
+    }
+}
+
+/// While the displacement's derivative replaces the velocity, the force loop gets softer, by half at half the command.
+#[test]
+fn without_its_velocity_sensor_the_force_loop_gets_softer_as_the_command_fades() {
+    let channel =
+        Channel::<f64, 21>::new(&Parameters { mode: Mode::Off, protection: WATCHED, ..RIG }).unwrap();
+    let slope = |state: &ChannelState<f64>, tick: u32| {
+        let step = |added: f64| {
+            let (mut state, input) = (*state, measured(tick));
+            let voltage = channel.step(&mut state, &Input { force: input.force + added, ..input }).voltage;
+            (voltage, state.protection.braking())
+        };
+        ((step(10.0).0 - step(0.0).0) / 10.0, step(0.0).1.unwrap_or(0.0))
+    };
+    let mut state = healthy(&channel);
+    let (stiff, _) = slope(&state, 60);
+    state.plausibility.distrust(Cause::VelocityImplausible);
+    state.protection.trip_by(Cause::VelocityImplausible);
+    for tick in 60..300 {
+        let (soft, share) = slope(&state, tick);
+        assert!((soft / stiff - (1.0 - 0.5 * share)).abs() < 1e-9, "{tick}: {}", soft / stiff);
+        // The command is gone 0.1 s after tick 60.
+        let expected = (2.0 * f64::from(tick - 59) / 410.0).min(1.0);
+        assert!((share - expected).abs() < 1e-3, "{tick}: {share}");
+        channel.step(&mut state, &measured(tick));
+    }
+}
+
 /// A rig that estimates its velocity, in the middle of a swing.
 fn estimating(source: VelocitySource) -> (Channel<f64, 21>, ChannelState<f64>) {
     let rig = Parameters { protection: WATCHED, velocity_source: source, ..RIG };
@@ -192,12 +254,11 @@ fn estimating(source: VelocitySource) -> (Channel<f64, 21>, ChannelState<f64>) {
     (channel, state)
 }
 
-/// A swing with the displacement (m) of its velocity, and the opening whose flow it needs.
+/// A swing without a velocity sensor, with the opening whose flow it needs.
 fn travelling(tick: u32) -> Input<f64> {
-    let swing = swing(tick);
-    let displacement = 0.2 / (0.01 * RIG.sample_rate) * (1.0 - libm::cos(0.01 * f64::from(tick)));
+    let swing = measured(tick);
     let spool = swing.velocity * RIG.piston_area / RIG.flow_gain;
-    Input { displacement, spool, velocity: 0.0, ..swing }
+    Input { spool, velocity: 0.0, ..swing }
 }
 
 #[test]
