@@ -26,11 +26,13 @@ pub(crate) struct TimingState<T> {
     /// Whether there was a counter, and a period.
     has_counter: bool,
     has_period: bool,
+    /// Whether the last sample was not new, or had no period.
+    in_gap: bool,
     /// Increases by two with each bad sample and decreases by one with each good one. A share of bad samples above a
     /// third therefore trips.
     error_score: u32,
 }
-integrity!(TimingState<T>: last_counter, has_counter, has_period, error_score);
+integrity!(TimingState<T>: last_counter, has_counter, has_period, in_gap, error_score);
 
 /// The error of a sample's timing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,12 +43,18 @@ pub(crate) enum TimingError {
     Skipped,
     /// Its period is wrong.
     Period,
+    /// Its period is missing.
+    NoPeriod,
 }
 
 impl TimingError {
     /// The cause of the trip if it persists.
     pub(crate) fn cause(self) -> Cause {
-        if self == Self::Period { Cause::SamplePeriod } else { Cause::SamplesOld }
+        if matches!(self, Self::Old | Self::Skipped) { Cause::SamplesOld } else { Cause::SamplePeriod }
+    }
+
+    fn is_gap(self) -> bool {
+        matches!(self, Self::Old | Self::NoPeriod)
     }
 }
 
@@ -54,15 +62,20 @@ impl<T: Real> Timing<T> {
     /// One sample, with its counter (1) and the period (s) since the last one: the error of its timing.
     ///
     /// # NaN
-    /// A counter or period is checked after its first value. A later NaN is bad.
+    /// A counter or period is checked after its first value. A later NaN is bad. The first new sample after such ones
+    /// is good, whatever its counter and period are.
     #[inline(always)]
     pub(crate) fn step(&self, state: &mut TimingState<T>, alive: T, period: T) -> Option<TimingError> {
         let error = Self::check_counter(state, alive).or_else(|| self.check_period(state, period));
-        if error.is_some() {
+        // The samples of a gap have been counted one by one.
+        let error = error.filter(|error| error.is_gap() || !state.in_gap);
+        if let Some(error) = error {
+            state.in_gap = error.is_gap();
             if state.error_score <= self.score_limit {
                 state.error_score += 2;
             }
         } else if state.error_score > 0 {
+            state.in_gap = false;
             state.error_score -= 1;
         }
         error
@@ -101,7 +114,7 @@ impl<T: Real> Timing<T> {
     fn check_period(&self, state: &mut TimingState<T>, period: T) -> Option<TimingError> {
         let deviates = !((period * self.rate - T::splat(1.0)).abs() <= self.tolerance);
         if deviates && !period.is_finite() {
-            return state.has_period.then_some(TimingError::Period);
+            return state.has_period.then_some(TimingError::NoPeriod);
         }
         state.has_period = true;
         deviates.then_some(TimingError::Period)
@@ -205,6 +218,36 @@ mod tests {
         // Also if the first one is.
         let always = core::iter::repeat_n((NONE, 1.2e-3), 100);
         assert_eq!(trips(always), Some((10, Cause::SamplePeriod, false)));
+    }
+
+    /// Lost samples have been counted one by one. The first new one then skips, and its period is that of the gap.
+    // SR-15
+    #[test]
+    fn the_first_sample_after_a_gap_is_not_one_more_bad_sample() {
+        let gap = |length: u16, during: (f32, f32), first: (f32, f32)| {
+            let begun = (0..10_u16).map(|n| (f32::from(n), 1e-3));
+            let gap = core::iter::repeat_n(during, usize::from(length));
+            let after = (1..200_u16).map(move |n| (first.0 + f32::from(n), 1e-3));
+            begun.chain(gap).chain([first]).chain(after)
+        };
+        // Nothing is known of a lost sample, or the last one is repeated.
+        for during in [(NONE, NONE), (9.0, NONE), (9.0, 1e-3)] {
+            // The counter went on in its source, waited, or is that of a source that has started anew.
+            for counter in [20.0, 10.0, 0.0, 5.0] {
+                for period in [1e-3, 11e-3] {
+                    let first = (counter, period);
+                    assert_eq!(trips(gap(10, during, first)), None, "{during:?} {first:?}");
+                    assert_eq!(
+                        trips(gap(11, during, first)).map(|(n, ..)| n),
+                        Some(20),
+                        "{during:?} {first:?}"
+                    );
+                }
+            }
+        }
+        // A second one that skips is bad.
+        let twice = gap(10, (NONE, NONE), (20.0, 1e-3)).map(|(n, t)| (if n > 20.0 { n + 5.0 } else { n }, t));
+        assert_eq!(trips(twice), Some((21, Cause::SamplesOld, false)));
     }
 
     #[test]

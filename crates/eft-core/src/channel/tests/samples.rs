@@ -63,6 +63,25 @@ fn repeated_samples_shut_down_and_samples_at_a_wrong_period_ramp() {
     }
 }
 
+// SR-15
+#[test]
+fn a_gap_of_lost_samples_trips_by_its_length_also_if_counter_and_period_are_measured() {
+    let channel = Channel::<f64, 21>::new(&RIG).unwrap();
+    let waits = ProtectionParameters::DEFAULT.lost_samples;
+    for length in [1, waits, waits + 1] {
+        let mut state = channel.at_rest();
+        let tick = until_tripped(&mut state, &channel, |tick: u32| {
+            let timed = |period| Input { displacement: 0.0, alive: f64::from(tick), period, ..swing(tick) };
+            match tick {
+                _ if (500..500 + length).contains(&tick) => Input::default(),
+                _ if tick == 500 + length => timed(f64::from(length + 1) / 4096.0),
+                _ => timed(1.0 / 4096.0),
+            }
+        });
+        assert_eq!(tick, if length > waits { 500 + waits } else { u32::MAX }, "{length}");
+    }
+}
+
 #[test]
 fn an_invalid_supply_pressure_is_replaced_by_the_last_valid_one() {
     let measured = Parameters { supply_correction: true, protection: None, ..RIG };
