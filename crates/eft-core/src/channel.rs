@@ -148,7 +148,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// With another invalid measurement or an invalid command (not finite, or beyond its range) the last output is
     /// held, the controller's state stays and [`status::INVALID_COMMAND`] or [`status::INVALID_MEASUREMENT`] is raised;
     /// the first good tick recovers. After more than [`gap_time`](Parameters::gap_time) of such ticks it resumes at the
-    /// new operating point. The change since the last good tick then does not count as that of one tick.
+    /// new operating point. The change since the last good tick then does not count as that of one tick. After a trip a
+    /// plausibility watch replaces a lost measurement by its last one, and this flag is not raised.
     ///
     /// # Cost
     /// Independent of history. The page on the loop's budget lists the instructions.

@@ -74,9 +74,10 @@ pub struct Output<T: Real> {
     pub voltage: T,
     /// The compensation signal `v_c` (V).
     pub compensation: T,
-    /// Velocity (m/s) that was measured or estimated.
+    /// Velocity (m/s) that was measured or estimated; not finite if a measurement for it is not.
     pub velocity: T,
-    /// The force command (N) that the protection permits, for an analog controller to follow.
+    /// The force command (N) that the protection permits, for an analog controller to follow. Without a protection it is
+    /// the given command, also an invalid one.
     pub permitted_command: T,
     /// The protection's factor (1) on the valve command. `voltage` contains it, as the factor on the distance from the
     /// command of the known null; an analog controller must apply it.

@@ -309,8 +309,8 @@ typedef struct eft_window_f32 { uint64_t marker; float value[14]; } eft_window_f
 typedef struct eft_output_f32 {
   float voltage;                     // V; to the converter: valve command, or compensation signal for an analog loop
   float compensation;                // V; the compensation signal
-  float velocity;                    // m/s; measured or estimated
-  float permitted_command;           // N; the command that an analog controller may follow
+  float velocity;                    // m/s; measured or estimated, not finite if a measurement for it is not
+  float permitted_command;           // N; an analog controller may follow it; without a protection the given command
   float authority;                   // 1; the protection's factor, which an analog controller must apply
   uint32_t status;                   // the flags and the cause above
   uint32_t window_closed;            // 1 if a window has closed with this tick, else 0
@@ -350,9 +350,10 @@ EFT_NODISCARD uint8_t eft_prime_f32(const eft_channel_f32 *channel, eft_state_f3
 
 // One tick, in the interrupt. A null pointer, or a channel or state that was never made, is refused: the output is then
 // 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last output and
-// raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. The last valid supply pressure
-// replaces an invalid one and raises EFT_STUCK_MEASUREMENT. The last valid next_command replaces an invalid one and
-// raises EFT_INVALID_COMMAND, if the rig looks ahead.
+// raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. After a trip the plausibility
+// watch replaces a lost measurement by its last one, without this flag. The last valid supply pressure replaces an
+// invalid one and raises EFT_STUCK_MEASUREMENT. The last valid next_command replaces an invalid one and raises
+// EFT_INVALID_COMMAND, if the rig looks ahead.
 EFT_NODISCARD uint8_t eft_step_f32(const eft_channel_f32 *channel, eft_state_f32 *state, const eft_input_f32 *input,
     eft_output_f32 *output);
 
@@ -511,7 +512,8 @@ typedef struct eft_calibrations_f32 { eft_calibration_f32 copies[2]; uint32_t of
 // starts at rest from the next displacement, so change the source at rest. Only an observer keeps its drift from the
 // one before it, with or without an accelerometer. The calibration stays in use until the new learner publishes, unless
 // the new configuration learns nothing. It keeps 1/(G_p*K_s) of its own configuration, so change these gains at rest or
-// while nothing is learned.
+// while nothing is learned. A trip stays in the state, but a configuration without a protection follows the command
+// again.
 EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
 // Offers a configuration to the interrupt. Returns EFT_BUSY until the last one is taken.

@@ -52,8 +52,8 @@ data! {
     eft_output<T: Copy> {
         voltage: T, "V; to the converter: valve command, or compensation signal for an analog loop";
         compensation: T, "V; the compensation signal";
-        velocity: T, "m/s; measured or estimated";
-        permitted_command: T, "N; the command that an analog controller may follow";
+        velocity: T, "m/s; measured or estimated, not finite if a measurement for it is not";
+        permitted_command: T, "N; an analog controller may follow it; without a protection the given command";
         authority: T, "1; the protection's factor, which an analog controller must apply";
         status: u32, "the flags and the cause above";
         window_closed: u32, "1 if a window has closed with this tick, else 0";
@@ -185,9 +185,10 @@ functions! {
 
     /// One tick, in the interrupt. A null pointer, or a channel or state that was never made, is refused: the output is
     /// then 0 V with EFT_NO_STEP. A measurement or command that is NaN, infinite or out of its range repeats the last
-    /// output and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. The last valid
-    /// supply pressure replaces an invalid one and raises EFT_STUCK_MEASUREMENT. The last valid next_command replaces
-    /// an invalid one and raises EFT_INVALID_COMMAND, if the rig looks ahead.
+    /// output and raises EFT_INVALID_MEASUREMENT or EFT_INVALID_COMMAND. The first good tick continues. After a trip the
+    /// plausibility watch replaces a lost measurement by its last one, without this flag. The last valid supply pressure
+    /// replaces an invalid one and raises EFT_STUCK_MEASUREMENT. The last valid next_command replaces an invalid one
+    /// and raises EFT_INVALID_COMMAND, if the rig looks ahead.
     fn eft_step_f32 eft_step_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>, input: *const Input<T>, output: *mut eft_output<T>) = {
         answer(output, step(channel, state, input, output))
     }
@@ -242,7 +243,8 @@ functions! {
     /// from another source starts at rest from the next displacement, so change the source at rest. Only an observer
     /// keeps its drift from the one before it, with or without an accelerometer. The calibration stays in use until
     /// the new learner publishes, unless the new configuration learns nothing. It keeps 1/(G_p*K_s) of its own
-    /// configuration, so change these gains at rest or while nothing is learned.
+    /// configuration, so change these gains at rest or while nothing is learned. A trip stays in the state, but a
+    /// configuration without a protection follows the command again.
     fn eft_take_over_f32 eft_take_over_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         made(channel)?.take_over(&mut *made(state)?.state.get());
         Ok(())

@@ -132,7 +132,8 @@ impl<T: Real, const N: usize> Channel<T, N> {
     /// without an accelerometer. If this configuration learns nothing, its calibration is used at once. Otherwise the
     /// one in use stays until the new learner publishes. The lead network of a learned calibration contains
     /// `1/(G_p·K_s)` of its own configuration. If this product changes, the compensation is too large or too small by
-    /// the ratio until then. Change these gains at rest, or while nothing is learned.
+    /// the ratio until then. Change these gains at rest, or while nothing is learned. A trip stays in the state, but
+    /// a configuration without a protection follows the command again.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
         self.controller.take_over(&mut state.controller);
         if !self.velocity.take_over(&mut state.velocity) {

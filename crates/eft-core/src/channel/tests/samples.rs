@@ -63,6 +63,23 @@ fn repeated_samples_shut_down_and_samples_at_a_wrong_period_ramp() {
     }
 }
 
+#[test]
+fn a_command_passes_to_an_analog_controller_as_given_unless_there_is_a_protection() {
+    let rig = Parameters { realization: Realization::Analog, ..RIG };
+    for (protection, [valid, lost]) in
+        [(None, [30.0, f64::NAN]), (Some(ProtectionParameters::DEFAULT), [30.0; 2])]
+    {
+        let channel = Channel::<f64, 21>::new(&Parameters { protection, ..rig }).unwrap();
+        let mut state = channel.at_rest();
+        for (command, velocity, permitted) in [(30.0, 0.02, valid), (f64::NAN, f64::INFINITY, lost)] {
+            let output = channel.step(&mut state, &Input { command, velocity, ..still(0) });
+            assert_eq!(output.permitted_command.to_bits(), permitted.to_bits(), "{command}");
+            assert_eq!(output.velocity, velocity);
+            assert_eq!(output.status & status::INVALID_COMMAND != 0, command.is_nan());
+        }
+    }
+}
+
 // SR-15
 #[test]
 fn a_gap_of_lost_samples_trips_by_its_length_also_if_counter_and_period_are_measured() {
