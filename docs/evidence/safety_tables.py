@@ -16,6 +16,7 @@ from safety_random_rigs import FAULTS as RIG_FAULTS
 from safety_random_rigs import LOWEST_RATE, RIGS, RUN, SENSOR
 from safety_second import SECOND
 from safety_sizes import SIZES
+from safety_zero import ZERO
 
 from eft._files import write_text
 from eft._findings import LEAST_SAMPLES
@@ -67,6 +68,32 @@ def _of_null_bias() -> str:
         moment = "at the first sample" if start == "0" else "from 3 s on"
         name = "sound" if kind == "none" else f"{'lost' if kind == 'lost' else 'wrong sign'} {moment}"
         text.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join([*text, ""])
+
+
+def zero() -> dict[str, list[Row]]:
+    """The faults of a load cell that reads zero, without ("0") and with ("1") a measured load pressure."""
+    rows = read(ZERO)
+    return {measured: [row for row in rows if row["pressure"] == measured] for measured in "01"}
+
+
+def _of_zero() -> str:
+    """How late such a load cell is noticed, and the largest force, at each frequency."""
+    text = [
+        "| load pressure | sine | after 20 ms or more | noticed after: median, worst | beyond | largest |"
+    ]
+    text += ["| --- " * 6 + "|"]
+    for measured, rows in zero().items():
+        for frequency in dict.fromkeys(row["frequency"] for row in rows):
+            found = [row for row in rows if row["frequency"] == frequency]
+            times = [float(row["time"]) for row in found]
+            worst = "never" if max(times) == np.inf else f"{1e3 * max(times):.0f} ms"
+            text.append(
+                f"| {'measured' if measured == '1' else '–'} | {frequency} Hz "
+                f"| {sum(time >= 0.02 for time in times)} of {len(found)} "
+                f"| {1e3 * float(np.median(times)):.1f} ms, {worst} "
+                f"| {beyond(found)} | {max(float(row['force']) for row in found):.1f} |"
+            )
     return "\n".join([*text, ""])
 
 
@@ -297,6 +324,7 @@ def report(folder: Path) -> None:
         text.append(f"| {row['way']} | {force:.0f} kN | {displacement:.0f} mm |")
     write_text(folder / "safety_responses.md", "\n".join([*text, ""]))
     write_text(folder / "safety_null.md", _of_null_bias())
+    write_text(folder / "safety_zero.md", _of_zero())
     write_text(folder / "safety_random_rigs.md", _of_random_rigs())
     write_text(folder / "safety_early.md", _of_early())
     write_text(folder / "safety_second.md", _of_second())

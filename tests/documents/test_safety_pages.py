@@ -102,6 +102,46 @@ def test_the_kept_early_faults_are_what_the_code_gives(script, monkeypatch):
         same(row, now)
 
 
+def test_the_kept_faults_of_a_load_cell_that_reads_zero_are_what_the_code_gives(script):
+    study, tables = script("safety_zero"), script("safety_tables")
+    kept = [row for rows in tables.zero().values() for row in rows]
+    # The largest force, one that is never noticed, and the latest with a measured load pressure.
+    latest = max(tables.zero()["1"], key=lambda row: float(row["time"]))
+    never = next(row for row in kept if row["time"] == "inf")
+    for row in (max(kept, key=lambda row: float(row["force"])), never, latest):
+        case = (float(row["frequency"]), row["pressure"] == "1", int(row["moment"]))
+        now = study.tested(case)
+        assert (now["frequency"], now["pressure"], now["moment"]) == (case[0], int(case[1]), case[2])
+        for name in ("before", "time", "force"):
+            assert now[name] == pytest.approx(float(row[name]), rel=2e-3), name
+
+
+def test_the_pages_on_the_protection_state_the_kept_faults_of_a_load_cell_that_reads_zero(script):
+    tables = script("safety_tables")
+    without, measured = tables.zero().values()
+    assert len(without) == len(measured) and tables.beyond(measured) == 0
+    text, safety = (
+        " ".join(page.read_text(encoding="utf-8").split())
+        for page in (DOCS / "safety.md", DOCS.parent / "explanation/safety.md")
+    )
+    late = [row for row in without if float(row["time"]) > 0.02]
+    near = max(abs(float(row["before"])) for row in late) / 1e3
+    beyond, of, never = tables.beyond(without), len(without), sum(row["time"] == "inf" for row in without)
+    most, most_measured = (max(float(row["force"]) for row in rows) for rows in (without, measured))
+    latest = 1e3 * max(float(row["time"]) for row in measured)
+    for page, sentence in (
+        (text, f"at {of // 3} moments of a sine of 6 kN"),
+        (text, f"begin within {near:.1f} kN of zero force"),
+        (text, f"At {beyond} of {of} moments the force exceeded 1.75 times its level"),
+        (text, f"its level, with up to {most:.1f} times"),
+        (text, f"and at {never} it was not noticed within 0.4 s."),
+        (text, f"within {latest:.0f} ms, and the force stayed below {most_measured:.1f} times its level."),
+        (safety, f"[At {beyond} of {of} moments]"),
+        (safety, f"with up to {most:.1f} times. With a measured load pressure none did."),
+    ):
+        assert sentence in page, sentence
+
+
 def test_the_pages_on_the_protection_state_the_kept_early_faults(script):
     tables = script("safety_tables")
     variants = tables.early()
