@@ -81,3 +81,24 @@ macro_rules! constructor {
 }
 constructor!(f32);
 constructor!(f64);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lands that overlap by 2 % of the stroke pass nothing up to there. The flow table is that of the rest.
+    #[test]
+    fn an_overlap_is_subtracted_from_the_opening() {
+        let rig = Parameters { overlap: 0.02, ..Parameters::ZHAO2005 };
+        let mut model = FlowModel::<f64, 21>::EMPTY;
+        model.fill(&rig).unwrap();
+        let table = PiecewiseLinear::<f64, 21>::new("x", rig.openings, "y", rig.flows).unwrap();
+        for (spool, beyond) in
+            [(0.0, 0.0), (0.019, 0.0), (-0.02, 0.0), (0.03, 0.01), (0.42, 0.4), (-0.3, -0.28)]
+        {
+            let expected = table.eval(beyond);
+            let found = [model.at_no_load(spool), model.flow(spool, spool, 0.0, 1.0).at_no_load];
+            assert!(found.iter().all(|flow| (flow - expected).abs() < 1e-17), "{spool}: {found:?}");
+        }
+    }
+}
