@@ -72,6 +72,14 @@ def test_latencies_valve_and_oil_are_found_behind_noise(
     assert 0.0 < found.spool_delay.uncertainty < found.force_delay.uncertainty < 1e-4
 
 
+@pytest.mark.parametrize(("force", "spool"), [(5, 0), (0, 3), (6, 2)])
+def test_late_sensors_do_not_change_the_oil(force: int, spool: int) -> None:
+    late = {"truth.sensors.force.delay": force, "truth.sensors.spool.delay": spool}
+    found = found_in(eft.simulate(RIG.replace(late), SWEEP))
+    assert found.compressibility == pytest.approx(RIG["actuator.compressibility"], rel=5e-4)
+    assert found.force_delay == pytest.approx(force / RATE, abs=1e-5)
+
+
 def test_a_known_torque_motor_is_no_latency() -> None:
     motor = {"servovalve.torque_motor_frequency": 250.0}
     run = eft.simulate(RIG.replace({f"truth.{key}": value for key, value in motor.items()}), SWEEP)

@@ -126,8 +126,8 @@ def identify_force_loop(
     ForceLoopEstimate
         The uncertainties cover random errors only. A further lag of the valve counts to the sensors. Noise
         makes the compressibility too small, by more than its uncertainty: noise of 0.1 % of the ranges by
-        0.4 % in a sweep of 8.9 kN and by 4.9 % in one of 2.2 kN on the paper's rig. With a friction of 800 N
-        that is not configured it is 1.5 % and 9.6 %. The page on laboratory rigs has the errors on random
+        0.3 % in a sweep of 8.9 kN and by 4.8 % in one of 2.2 kN on the paper's rig. With a friction of 800 N
+        that is not configured it is 1.4 % and 8.1 %. The page on laboratory rigs has the errors on random
         rigs.
 
     Raises

@@ -60,9 +60,10 @@ def identify_friction(
 
     The load cell is behind the seals, so the oil carries the force and the friction. At each reversal the
     friction changes its sign, and the oil takes flow. Least squares fit this flow between 0.5 and 40 Hz,
-    together with the flows in both directions, the compressibility and a delay of the velocity. A force that
-    is excited from 15 to 40 Hz also shows its own delay, which is then fitted. Flow curve, overlap, supply
-    pressure, area and leakage are those of `rig`.
+    together with the flows in both directions, the compressibility, and delay, offset and drift of the
+    velocity. A force that is excited from 15 to 40 Hz also shows its own delay, which is then fitted. Flow
+    curve, overlap, null bias, supply pressure, area and leakage are those of `rig`. A drift of the spool's
+    sensor changes the friction.
 
     Parameters
     ----------
@@ -81,8 +82,8 @@ def identify_friction(
     -------
     FrictionEstimate
         The uncertainties cover random errors only. Friction makes the compressibility too small, by more than
-        its uncertainty: 800 N by 3.3 % in a sweep of 8.9 kN to 10 Hz and by 11.0 % in one of 2.2 kN on the
-        paper's rig. Noise of 0.1 % of the ranges alone makes it too small by 0.1 % and 0.5 %. The page on
+        its uncertainty: 800 N by 3.2 % in a sweep of 8.9 kN to 10 Hz and by 10.9 % in one of 2.2 kN on the
+        paper's rig. Noise of 0.1 % of the ranges alone makes it too small by 0.0 % and 0.5 %. The page on
         laboratory rigs has the errors on random rigs with late and noisy sensors.
 
     Raises

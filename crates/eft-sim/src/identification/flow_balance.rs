@@ -1,15 +1,20 @@
 //! The flow balance of the actuator, from spool, velocity and force of a test of the whole rig.
 //!
-//! The load cell is behind the seals, so the oil carries `F + F_c·sgn(ẋ)`. The balance is
-//! `A·ẋ(t + δ) + C_l·F/A = s₊·Q₊ + s₋·Q₋ − (K/A)·Ḟ(t + δ_F) − (K_a/A)·F_c·d(sgn ẋ)/dt`, with the flow `Q` of the configured
-//! valve in each direction. It is linear in `s₊`, `s₋`, `δ`, `K`, `F_c` and `K·δ_F`, which least squares fit in a band of
-//! frequencies.
+//! The load cell is behind the seals, so the oil carries `F + F_c·sgn(ẋ)`. With the configured valve's flow `Q` in
+//! each direction the balance is
+//! `A·ẋ₊ + C_l·F₊/A = s₊·Q₊ + s₋·Q₋ − (K/A)·Ḟ₊ − (K_a/A)·F_c·d(sgn ẋ₊)/dt`.
+//! The velocity `ẋ₊` is that at `t + δ`, without its sensor's offset and drift. The force `F₊` is that at
+//! `t + δ_F`.
+//! Gauss–Newton steps fit `s₊`, `s₋`, `δ`, `K`, `F_c`, `δ_F`, offset and drift in a band of frequencies.
+//!
+//! All terms are faded at both ends, because a record may end in motion. What friction adds to leakage and load
+//! pressure is left to `s₊` and `s₋`: with it, an error of the flow curve would look like friction.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use super::Estimate;
 use super::clipping::check_unclipped;
-use super::gaps::check_whole;
+use super::gaps::{check_whole, detrend};
 use super::least_squares::least_squares;
 use crate::fourier::{Complex64, signal_of, spectrum};
 use crate::plant::LoadFlow;
@@ -18,7 +23,7 @@ use crate::{Error, Result, RigConfig};
 /// Least duration (s).
 const LEAST_DURATION: f64 = 4.0;
 /// Width of the smooth sign of the velocity, as a share of its rms within [`NEAR`] s and in deviations of its noise.
-const WIDTH: (f64, f64) = (0.02, 2.0);
+const WIDTH: (f64, f64) = (0.005, 2.0);
 /// A sweep is much larger near the natural frequency than elsewhere, so the rms is that of a short time (s).
 const NEAR: f64 = 0.25;
 /// Frequency (Hz) above which the velocity's noise hides its sign.
@@ -34,7 +39,18 @@ const NOISE_BAND: (f64, f64) = (60.0, 100.0);
 /// Least [`excitation`] that shows the delay of the force.
 pub(super) const LEAST_EXCITATION: f64 = 30.0;
 
-const UNKNOWNS: usize = 6;
+/// Duration (s) of the fade at either end. A rate is that of the faded signal without the fade's own.
+const FADE: f64 = 0.5;
+/// Most steps of the two delays.
+const ITERATIONS: usize = 30;
+/// A step (s) of a delay after which it is known, and one that is small enough where noise slows the steps down.
+const STEPS: (f64, f64) = (1e-10, 1e-6);
+/// Fits, each with the delay of the load pressure from the one before.
+const PASSES: usize = 3;
+/// Position of the force's delay among the unknowns.
+const LATE: usize = 7;
+/// Largest delay (s) behind the spool.
+const LARGEST_DELAY: f64 = 0.1;
 
 /// Measured signals of a moving rig, sample by sample.
 #[derive(Debug, Clone, Copy)]
@@ -56,8 +72,8 @@ impl MotionSignals<'_> {
     }
 }
 
-/// Spectral density of the force in the oil's band over that of its noise (1). It is infinite without noise, as at a sample
-/// rate (Hz) below its frequencies, and NaN without a force.
+/// Spectral density of the force in the oil's band over that of its noise (1). It is infinite without noise, as at a
+/// sample rate (Hz) below its frequencies, and NaN without a force.
 pub(super) fn excitation(force: &[f64], sample_rate: f64) -> Result<f64> {
     let (spectrum, width) = (spectrum(force)?, sample_rate / force.len() as f64);
     let density = |(low, high): (f64, f64)| {
@@ -68,67 +84,149 @@ pub(super) fn excitation(force: &[f64], sample_rate: f64) -> Result<f64> {
     Ok(density(OIL_BAND) / density(NOISE_BAND))
 }
 
+/// The first `N` unknowns: flow factors (1) of both directions, delay (s) of the velocity behind the spool,
+/// compressibility over the configured one (1), friction (N), offset and drift (m/s) of the velocity, and delay (s) of
+/// the force behind the spool. The last is zero without its unknown.
+///
+/// # Errors
+/// Signals that do not determine them, flows of another size than those of the configured valve, a force whose
+/// compression of the oil is of another size or sign than the configured one, or a delay beyond 0.1 s.
+pub(super) fn fitted<const N: usize>(
+    rig: &RigConfig,
+    signals: MotionSignals<'_>,
+    sample_rate: f64,
+    band: (f64, f64),
+) -> Result<[Estimate; N]> {
+    let mut late = 0.0;
+    let passes = if N > LATE { PASSES } else { 1 };
+    for _ in 1..passes {
+        let found = FlowBalance::new(rig, signals, sample_rate, band, late)?.fitted::<N>()?;
+        late = found[LATE].value;
+    }
+    FlowBalance::new(rig, signals, sample_rate, band, late)?.fitted::<N>()
+}
+
 /// The flow balance in the frequencies of a band.
-pub(super) struct FlowBalance {
-    /// At each frequency the derivatives with respect to the unknowns, and the flow (m³/s) of motion and leakage.
-    rows: Vec<([Complex64; UNKNOWNS], Complex64)>,
+struct FlowBalance {
+    terms: Vec<Terms>,
     /// Configured compressibility of oil and attachment over that of the oil.
     oil: f64,
 }
 
+/// The terms of the balance (m³/s) at one frequency, as measured.
+struct Terms {
+    /// Laplace's variable (rad/s).
+    s: Complex64,
+    /// The configured valve's flow in the negative and in the positive direction.
+    valve: [Complex64; 2],
+    motion: Complex64,
+    leakage: Complex64,
+    /// Compression by the force, with the configured compressibility.
+    compression: Complex64,
+    /// Compression by a friction of 1 N.
+    friction: Complex64,
+    /// Flow of a constant velocity of 1 m/s, and of one from −0.5 to 0.5 m/s.
+    offset: Complex64,
+    drift: Complex64,
+}
+
 impl FlowBalance {
-    /// From checked signals, in a band (Hz).
-    pub(super) fn new(
+    /// From checked signals in a band (Hz), with a force that is late behind the spool (s).
+    fn new(
         rig: &RigConfig,
         signals: MotionSignals<'_>,
         sample_rate: f64,
         band: (f64, f64),
+        late: f64,
     ) -> Result<Self> {
         let MotionSignals { spool, velocity, force } = signals;
         let (area, supply) = (rig.actuator.piston_area, rig.supply.pressure);
         let valve = LoadFlow::<f64>::pack(&|_| rig)?;
-        let flow = |side: f64| {
-            let passed = |x: &f64, f: &f64| {
-                let opening = x - rig.servovalve.null_bias;
-                if side * opening > 0.0 { valve.flow_at(opening, f / area, supply).0 } else { 0.0 }
-            };
-            spectrum(&spool.iter().zip(force).map(|(x, f)| passed(x, f)).collect::<Vec<_>>())
-        };
-        let (back, forth) = (flow(-1.0)?, flow(1.0)?);
         let width = sample_rate / spool.len() as f64;
-        let (motion, force) = (spectrum(velocity)?, spectrum(force)?);
-        let sign = spectrum(&signs(&motion, width, velocity.len(), rig.actuator.friction_velocity)?)?;
+        // Offset and drift of the sensor, with a weight to which a motion that does not end as it began is neither.
+        let steady = detrend(velocity, |i| (PI * (i as f64 + 0.5) / velocity.len() as f64).sin().powi(2));
+        let sign = signs(&spectrum(&steady)?, width, spool.len(), rig.actuator.friction_velocity)?;
+        let flow = |side: f64| {
+            let passed = |(i, x): (usize, &f64)| {
+                let opening = x - rig.servovalve.null_bias;
+                let pressure = at(force, i as f64 + late * sample_rate) / area;
+                if side * opening > 0.0 { valve.flow_at(opening, pressure, supply).0 } else { 0.0 }
+            };
+            faded(&spool.iter().enumerate().map(passed).collect::<Vec<_>>(), sample_rate)
+        };
+        let ([back, _], [forth, _]) = (flow(-1.0)?, flow(1.0)?);
+        let ones = vec![1.0; spool.len()];
+        let line: Vec<f64> = (0..spool.len()).map(|i| i as f64 / spool.len() as f64 - 0.5).collect();
+        let [motion, _] = faded(velocity, sample_rate)?;
+        let ([ones, _], [line, _]) = (faded(&ones, sample_rate)?, faded(&line, sample_rate)?);
+        let ([force, force_rate], [_, sign_rate]) = (faded(force, sample_rate)?, faded(&sign, sample_rate)?);
         let (compliance, leakage) = (rig.actuator.compressibility / area, rig.actuator.leakage / area);
         let (first, last) = ((band.0 / width).ceil() as usize, (band.1 / width).floor() as usize);
-        let row = |k: usize| {
-            let rate = Complex64::new(0.0, TAU * width * k as f64);
-            let columns = [
-                back[k],
-                forth[k],
-                motion[k] * rate * -area,
-                force[k] * rate * -compliance,
-                sign[k] * rate * -compliance,
-                force[k] * rate * rate * -compliance,
-            ];
-            (columns, motion[k] * area + force[k] * leakage)
+        let terms = |k: usize| Terms {
+            s: Complex64::new(0.0, TAU * width * k as f64),
+            valve: [back[k], forth[k]],
+            motion: motion[k] * area,
+            leakage: force[k] * leakage,
+            compression: force_rate[k] * compliance,
+            friction: sign_rate[k] * compliance,
+            offset: ones[k] * area,
+            drift: line[k] * area,
         };
         let oil = rig.measured_compressibility() / rig.actuator.compressibility;
-        Ok(Self { rows: (first.max(1)..=last.min(motion.len() - 1)).map(row).collect(), oil })
+        Ok(Self { terms: (first.max(1)..=last.min(motion.len() - 1)).map(terms).collect(), oil })
     }
 
-    /// The first `N` unknowns: flow factors (1) of both directions, delay (s) of the velocity behind the spool,
-    /// compressibility over the configured one (1), friction (N), and that compressibility times the delay (s) of the
-    /// force behind the spool. The others are zero.
-    ///
-    /// # Errors
-    /// Signals that do not determine them, flows of another size than those of the configured valve, or a force whose
-    /// compression of the oil is of another size or sign than the configured one.
-    pub(super) fn fitted<const N: usize>(&self) -> Result<[Estimate; N]> {
-        let rows = self.rows.iter().map(|(columns, taken)| (std::array::from_fn(|i| columns[i]), *taken));
-        let found = least_squares::<N>(rows).ok_or_else(|| {
+    /// The unknowns of [`fitted`], with the valve's flow as it is.
+    fn fitted<const N: usize>(&self) -> Result<[Estimate; N]> {
+        let (mut velocity_delay, mut force_delay) = (0.0, 0.0);
+        for iteration in 1..=ITERATIONS {
+            let mut found = self.step::<N>(velocity_delay, force_delay)?;
+            let oil = found[3].value;
+            let mut steps = [found[2].value, 0.0];
+            velocity_delay += steps[0];
+            found[2].value = velocity_delay;
+            if let Some(last) = found.get_mut(LATE) {
+                let step = Estimate::new(last.value / oil, last.uncertainty / oil.abs());
+                steps[1] = step.value;
+                force_delay += step.value;
+                *last = Estimate::new(force_delay, step.uncertainty);
+            }
+            self.check(&found)?;
+            let enough = if iteration < ITERATIONS { STEPS.0 } else { STEPS.1 };
+            if steps.iter().all(|step| step.abs() < enough) {
+                return Ok(found);
+            }
+        }
+        let allowed = "must follow the spool with one delay each: check that all signals are of one test";
+        Err(Error::value("velocity, force", "delays that do not converge", allowed))
+    }
+
+    /// One step of the least squares from delays (s): the unknowns, but the changes of the delays, the second times the
+    /// compressibility.
+    fn step<const N: usize>(&self, velocity_delay: f64, force_delay: f64) -> Result<[Estimate; N]> {
+        let rows = self.terms.iter().map(|one| {
+            let (motion_early, force_early) = ((one.s * velocity_delay).exp(), (one.s * force_delay).exp());
+            let (motion, compression) = (one.motion * motion_early, one.compression * force_early);
+            let friction = one.friction * motion_early;
+            let columns = [
+                one.valve[0],
+                one.valve[1],
+                -motion * one.s,
+                -compression,
+                -friction,
+                one.offset,
+                one.drift,
+                -compression * one.s,
+            ];
+            (std::array::from_fn(|i| columns[i]), motion + one.leakage * force_early)
+        });
+        least_squares::<N>(rows).ok_or_else(|| {
             let allowed = "must move to and fro at several frequencies, as in a sweep";
             Error::value("velocity", "hardly moves", allowed)
-        })?;
+        })
+    }
+
+    fn check<const N: usize>(&self, found: &[Estimate; N]) -> Result<()> {
         for factor in &found[..2] {
             if !(FLOWS.0..FLOWS.1).contains(&factor.value) {
                 let found = format!("{:.2} times the flow of the configured valve", factor.value);
@@ -143,8 +241,41 @@ impl FlowBalance {
                 "must compress the oil of this rig: check its unit and sign, and actuator.compressibility";
             return Err(Error::value("force", found, allowed));
         }
-        Ok(found)
+        for (name, delay) in [("velocity", found.get(2)), ("force", found.get(LATE))] {
+            if let Some(delay) = delay.filter(|delay| delay.value.abs() > LARGEST_DELAY) {
+                let found = format!("{:.3} s behind the spool", delay.value);
+                let allowed =
+                    format!("must be within {LARGEST_DELAY} s of it: check the times of the signals");
+                return Err(Error::value(name, found, allowed));
+            }
+        }
+        Ok(())
     }
+}
+
+/// A signal at a position between its samples; its ends continue.
+fn at(signal: &[f64], position: f64) -> f64 {
+    let last = signal.len() - 1;
+    let left = position.floor();
+    let sample = |position: f64| signal[(position.max(0.0) as usize).min(last)];
+    sample(left) + (position - left) * (sample(left + 1.0) - sample(left))
+}
+
+/// Spectrum of a signal that is faded at its ends, and that of its rate (1/s) faded likewise.
+fn faded(signal: &[f64], sample_rate: f64) -> Result<[Vec<Complex64>; 2]> {
+    let (length, fade) = (signal.len(), FADE * sample_rate);
+    let weighted = |(i, value): (usize, &f64)| {
+        let from_end = (i + 1).min(length - i) as f64;
+        let (sin, cos) = (0.5 * PI * (from_end / fade).min(1.0)).sin_cos();
+        let rise = if 2 * i < length { PI / FADE } else { -PI / FADE };
+        (value * sin * sin, value * rise * sin * cos)
+    };
+    let (share, slope): (Vec<f64>, Vec<f64>) = signal.iter().enumerate().map(weighted).unzip();
+    let (faded, of_fade) = (spectrum(&share)?, spectrum(&slope)?);
+    let width = sample_rate / length as f64;
+    let rate = faded.iter().zip(of_fade).enumerate();
+    let rate = rate.map(|(k, (x, fade))| x * Complex64::new(0.0, TAU * width * k as f64) - fade).collect();
+    Ok([faded, rate])
 }
 
 /// The sign of the velocity without its high frequencies, smooth near its zeros as the friction of a rig is with the
@@ -157,7 +288,7 @@ fn signs(motion: &[Complex64], width: f64, length: usize, least: f64) -> Result<
     let kept = motion
         .iter()
         .enumerate()
-        .map(|(k, bin)| if k > 0 && k as f64 * width <= SIGN_CORNER { *bin } else { Complex64::default() });
+        .map(|(k, bin)| if k as f64 * width <= SIGN_CORNER { *bin } else { Complex64::default() });
     let smooth: Vec<f64> = signal_of(kept.collect(), length)?.iter().map(|v| v / length as f64).collect();
     let quiet = bins(NOISE_BAND).sum::<f64>() / bins(NOISE_BAND).count().max(1) as f64;
     let noise = 2.0 * quiet * bins((0.0, SIGN_CORNER)).count() as f64 / (length as f64).powi(2);

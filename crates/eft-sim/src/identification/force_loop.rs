@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 use toml::Value;
 
 use super::Estimate;
-use super::flow_balance::{FlowBalance, LEAST_EXCITATION, MotionSignals, OIL_BAND, excitation};
+use super::flow_balance::{LEAST_EXCITATION, MotionSignals, OIL_BAND, excitation, fitted};
 use super::gaps::check_whole;
 use super::least_squares::least_squares;
 use crate::config::{Realization, RigConfig};
@@ -93,8 +93,7 @@ pub fn identify_force_loop(
     check_excitation(signals.force, sample_rate)?;
     let [spool_delay, response_delay, pilot_time_constant] =
         of_spool(rig, valve_command, signals.spool, sample_rate)?;
-    let [.., oil, _, late] = FlowBalance::new(rig, signals, sample_rate, OIL_BAND)?.fitted::<6>()?;
-    let behind = Estimate::new(late.value / oil.value, late.uncertainty / oil.value.abs());
+    let [_, _, _, oil, .., behind] = fitted::<8>(rig, signals, sample_rate, OIL_BAND)?;
     let force_delay =
         Estimate::new(spool_delay.value + behind.value, spool_delay.uncertainty.hypot(behind.uncertainty));
     let compressibility = oil.times(rig.actuator.compressibility);

@@ -1,7 +1,7 @@
 //! Friction of the seals and compressibility of the oil, from the [flow balance](super::flow_balance) of a test.
 
 use super::Estimate;
-use super::flow_balance::{FlowBalance, LEAST_EXCITATION, MotionSignals, excitation};
+use super::flow_balance::{LEAST_EXCITATION, MotionSignals, excitation, fitted};
 use crate::{Result, RigConfig, checks};
 
 /// Frequencies (Hz) of the fit. Below them the drifts of the flows prevail, above them the sensors' noise.
@@ -33,14 +33,14 @@ pub fn identify_friction(
 ) -> Result<FrictionEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
     signals.check(sample_rate)?;
-    let balance = FlowBalance::new(rig, signals, sample_rate, BAND)?;
     // A fast sweep shows the delay of the force, and needs it: a late compression looks like friction.
-    let [back, forth, delay, oil, friction] = if excitation(signals.force, sample_rate)? < LEAST_EXCITATION {
-        balance.fitted::<5>()?
-    } else {
-        let [found @ .., _] = balance.fitted::<6>()?;
-        found
-    };
+    let [back, forth, delay, oil, friction, ..] =
+        if excitation(signals.force, sample_rate)? < LEAST_EXCITATION {
+            fitted::<7>(rig, signals, sample_rate, BAND)?
+        } else {
+            let [found @ .., _] = fitted::<8>(rig, signals, sample_rate, BAND)?;
+            found
+        };
     Ok(FrictionEstimate {
         friction,
         compressibility: oil.times(rig.actuator.compressibility),
@@ -122,6 +122,29 @@ mod tests {
         let found = found(&rig, &signals).unwrap();
         assert!((found.velocity_delay.value - 2.0 / RATE).abs() < 2e-4, "{found:?}");
         assert!((found.friction.value - 900.0).abs() < 150.0, "{found:?}");
+    }
+
+    #[test]
+    fn a_record_that_ends_in_motion_needs_no_whole_periods() {
+        for (friction, oil, length) in [(0.0, 1.0, 7001), (900.0, 1.3, 5555)] {
+            let (rig, mut signals) = test(friction, oil);
+            signals.iter_mut().for_each(|signal| signal.truncate(length));
+            // An offset of the sensor does not move the piston.
+            signals[1].iter_mut().for_each(|v| *v += 0.02);
+            let found = found(&rig, &signals).unwrap();
+            assert!((found.friction.value - friction).abs() < 30.0, "{found:?}");
+            let ratio = found.compressibility.value / rig.actuator.compressibility;
+            assert!((ratio - oil).abs() < 0.02, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_drift_of_the_velocity_is_no_friction() {
+        let (rig, mut signals) = test(0.0, 1.0);
+        let length = signals[1].len() as f64;
+        signals[1].iter_mut().enumerate().for_each(|(i, v)| *v += 0.02 * i as f64 / length);
+        let found = found(&rig, &signals).unwrap();
+        assert!(found.friction.value.abs() < 5.0, "{found:?}");
     }
 
     #[test]
