@@ -58,6 +58,13 @@ def test_data_that_cannot_carry_an_answer_is_refused(call, says):
         call()
 
 
+def test_a_reversed_sensor_of_the_flow_test_is_named():
+    moved = eft.identification.flow_test(RIG, amplitude=0.02)
+    for spool, displacement in ((-moved.spool, moved.displacement), (moved.spool, -moved.displacement)):
+        with pytest.raises(ValueError, match=r"does not rise with the opening: .* check the signs"):
+            eft.identification.identify_flow_gain(spool, displacement, 2048.0, AREA)
+
+
 def sweep_test(changes):
     rig = RIG.replace(changes)
     run = eft.simulate(rig, eft.sine_sweep(2200.0, 0.0, 10.0, 32.0, 2048.0))
@@ -98,6 +105,16 @@ def test_tuning_works_with_noise(seed):
     exact = eft.linear.delay_budget(rig, 2048.0, (1.0, 2.5)).path
     assert found.level == pytest.approx(1.0, abs=0.006)
     assert found.response_delay == pytest.approx(exact, abs=0.3e-3)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_offsets_of_the_sensors_are_no_wrong_sign(sign):
+    rig, run = sweep_test({"compensation.level": 0.98})
+    force, velocity = run.force + sign * 4000.0, run.velocity - 0.05
+    found = eft.identification.fine_tune(rig, run.command, force, velocity, run.sample_rate)
+    assert found.level == pytest.approx(tune(rig, run).level, abs=0.02)
+    with pytest.raises(ValueError, match="wrong sign"):
+        eft.identification.fine_tune(rig, run.command, force, 0.1 - run.velocity, run.sample_rate)
 
 
 def test_what_cannot_be_tuned_is_refused():

@@ -331,9 +331,10 @@ impl Fit {
 
     fn slope(&self, cell: usize) -> Result<Estimate> {
         let value = self.slopes[cell];
-        let found = self.inside[cell] >= LEAST_SAMPLES && value > 0.0;
         let allowed = "must pass the origin for a flow gain";
-        checks::require(found, "spool", "hardly moves about null", allowed)?;
+        checks::require(self.inside[cell] >= LEAST_SAMPLES, "spool", "hardly moves about null", allowed)?;
+        let allowed = "must rise with the opening: check the signs, or take more data, less noise";
+        checks::require(value > 0.0, "flow", "does not rise with the opening", allowed)?;
         let uncertainty = self.covariance[(cell, cell)].sqrt().hypot(self.flow_change * value);
         let found = Estimate { value, uncertainty };
         check_speed(value, self.area)?;
