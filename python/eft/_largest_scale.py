@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LargestScale", "largest_scale"]
 
-_BOUNDS = (1e-3, 1e3)
+_BOUNDS = (1.0 / 512.0, 512.0)
 """Factors beyond these are not tried."""
 
 
@@ -25,9 +26,9 @@ class LargestScale:
     """The largest factor on a record or command with a usable test."""
 
     scale: float
-    """The factor; 0 if no test from 0.001 on is usable, infinite if every test up to 1000 is."""
+    """The factor; 0 if no tried one from 1/512 to 512 is usable, infinite if 512 is."""
     limited_by: tuple[str, ...]
-    """Reasons against the next larger factor, worst first."""
+    """Reasons against the next larger factor, worst first; against the factor 1 if none is usable."""
 
     def _repr_html_(self) -> str:
         from eft import _notebook
@@ -46,9 +47,10 @@ def largest_scale(
 ) -> LargestScale:
     """Find the largest factor on a record whose test on the virtual rig is usable: its verdict is not "no".
 
-    Factors are doubled or halved from 1 until one test is usable and the next is not. The interval between
-    them is then bisected. If the verdict is not monotonic in the factor, the result is the end of one
-    interval. `check_feasibility` judges before the test, with margins, and may refuse a smaller factor.
+    Factors are doubled or halved from 1 until one test is usable and the next is not. If neither 1 nor a
+    smaller factor is usable, as for a force below noise and friction, larger ones are tried. The interval
+    is then bisected. If the verdict is not monotonic in the factor, the result is the end of one interval.
+    `check_feasibility` judges before the test, with margins, and may refuse a smaller factor.
 
     Parameters
     ----------
@@ -91,15 +93,25 @@ def largest_scale(
     def verdict(scale: float) -> Verdict:
         return simulate(rig, scaled(scale)).verdict
 
-    found = verdict(1.0)
-    low, high = (1.0, None) if found.ok else (None, 1.0)
-    against = () if found.ok else found.reasons
-    while low is None or high is None:
-        scale = 2.0 * low if low is not None else 0.5 * (high or 1.0)
+    low, high = 1.0, math.inf
+    against: tuple[str, ...] = ()
+    found = first = verdict(low)
+    # Down, and then up, where the force may be too small for noise and friction at 1.
+    for factor in (0.5, 2.0):
+        scale = factor
+        while not found.ok and _BOUNDS[0] <= scale <= _BOUNDS[1]:
+            before, found = found, verdict(scale)
+            if found.ok:
+                low = scale
+                if factor < 1.0:
+                    high, against = scale / factor, before.reasons
+            scale *= factor
+    if not found.ok:
+        return LargestScale(0.0, first.reasons)
+    while high == math.inf:
+        scale = 2.0 * low
         if scale > _BOUNDS[1]:
-            return LargestScale(float("inf"), ())
-        if scale < _BOUNDS[0]:
-            return LargestScale(0.0, against)
+            return LargestScale(math.inf, ())
         found = verdict(scale)
         if found.ok:
             low = scale

@@ -254,6 +254,22 @@ def test_the_largest_scale_counts_and_a_larger_one_does_not():
         eft.largest_scale(RIG, command, mass=7000.0)
 
 
+def test_a_force_that_is_too_small_has_a_larger_scale():
+    rig = RIG.replace({"truth.sensors.force.noise": 20.0})
+    command = eft.sine_sweep(100.0, 0.5, 10.0, 4.0, 1024.0)
+
+    def verdict(scale):
+        return eft.simulate(rig, eft.Command(scale * command.values, 1024.0)).verdict
+
+    assert not verdict(1.0).ok and not verdict(0.5).ok and verdict(4.0).ok
+    found = eft.largest_scale(rig, command, tolerance=0.1)
+    assert found.scale >= 4.0 and verdict(found.scale).ok and not verdict(1.101 * found.scale).ok
+    never = rig.replace({"verdict.no.force_error": 1e-6})
+    assert eft.largest_scale(never, command) == eft.LargestScale(
+        0.0, eft.simulate(never, command).verdict.reasons
+    )
+
+
 def test_the_largest_scale_of_a_record_takes_its_mass():
     times = np.arange(0.0, 4.0, 0.01)
     record = eft.Record(np.sin(2 * np.pi * times), 0.01, "sine")
