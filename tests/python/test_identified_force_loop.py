@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
-from scipy.signal import csd, welch
+from scipy.signal import csd, detrend, welch
 
 import eft
 from eft.benchmark._criteria import slow_error
@@ -80,6 +80,18 @@ def test_late_sensors_do_not_change_the_oil(force: int, spool: int) -> None:
     assert found.force_delay == pytest.approx(force / RATE, abs=1e-5)
 
 
+@pytest.mark.parametrize("offset", [-0.5, 0.1])
+def test_an_offset_of_the_valve_command_changes_nothing(offset: float) -> None:
+    run = swept()
+    signals = run.measured_spool, run.measured_velocity, run.measured_force
+    plain, moved = (
+        eft.identification.identify_force_loop(RIG, run.valve_command + volts, *signals, RATE)
+        for volts in (0.0, offset)
+    )
+    for name in ("spool_delay", "response_delay", "pilot_time_constant", "force_delay"):
+        assert getattr(moved, name) == pytest.approx(getattr(plain, name), rel=1e-6)
+
+
 def test_a_known_torque_motor_is_no_latency() -> None:
     motor = {"servovalve.torque_motor_frequency": 250.0}
     run = eft.simulate(RIG.replace({f"truth.{key}": value for key, value in motor.items()}), SWEEP)
@@ -95,8 +107,9 @@ def test_the_fit_of_the_valve_is_scipys() -> None:
     run = swept({"truth.sensors.spool.delay": 3})
     found = found_in(run)
     how = {"fs": RATE, "nperseg": int(RATE), "noverlap": int(RATE) // 2, "detrend": False}
-    frequency, cross = csd(run.valve_command, run.measured_spool, **how)
-    powers = [welch(signal, **how)[1] for signal in (run.valve_command, run.measured_spool)]
+    steady = [detrend(signal) for signal in (run.valve_command, run.measured_spool)]
+    frequency, cross = csd(*steady, **how)
+    powers = [welch(signal, **how)[1] for signal in steady]
     band = (frequency >= 1.0) & (frequency <= 200.0)
     s = 2j * np.pi * frequency[band]
     response = (cross / powers[0])[band]

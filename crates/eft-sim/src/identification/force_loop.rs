@@ -11,7 +11,7 @@ use toml::Value;
 
 use super::Estimate;
 use super::flow_balance::{LEAST_EXCITATION, MotionSignals, OIL_BAND, excitation, fitted};
-use super::gaps::check_whole;
+use super::gaps::{check_whole, detrend};
 use super::least_squares::least_squares;
 use crate::config::{Realization, RigConfig};
 use crate::fourier::{Complex64, spectrum};
@@ -178,6 +178,8 @@ fn of_spool(
 
 /// Frequency (Hz), spool over valve command (1/V), and weight, by Welch's means over halfway overlapping parts.
 fn response(valve_command: &[f64], spool: &[f64], sample_rate: f64) -> Result<Vec<(f64, Complex64, f64)>> {
+    // A mean would leak into the lowest frequency.
+    let [valve_command, spool] = [valve_command, spool].map(|signal| detrend(signal, |_| 1.0));
     let length = (PART * sample_rate).round() as usize;
     let window: Vec<f64> = (0..length).map(|i| (PI * i as f64 / length as f64).sin().powi(2)).collect();
     let bins = length / 2 + 1;
@@ -187,7 +189,7 @@ fn response(valve_command: &[f64], spool: &[f64], sample_rate: f64) -> Result<Ve
             let part = &signal[start..start + length];
             spectrum(&part.iter().zip(&window).map(|(x, w)| x * w).collect::<Vec<_>>())
         };
-        let (command, spool) = (windowed(valve_command)?, windowed(spool)?);
+        let (command, spool) = (windowed(&valve_command)?, windowed(&spool)?);
         for k in 0..bins {
             cross[k] += spool[k] * command[k].conj();
             powers[k][0] += command[k].norm_sqr();
