@@ -5,104 +5,101 @@ use super::table::{CASED, NUMBER, Unit, units};
 /// Characters of the longest unit.
 const LONGEST: usize = 40;
 
+/// Signs that may be written in another way, and that way.
+#[rustfmt::skip]
+const SAME: [(&str, &str); 10] = [
+    ("'s", "s"), ("**", ""), ("^", ""), ("⁻", "-"), ("¹", "1"), ("²", "2"), ("³", "3"), ("μ", "µ"), ("[", "("), ("]", ")"),
+];
+const EXPONENTS: [(&str, i8); 6] = [("-1", -1), ("-2", -2), ("-3", -3), ("1", 1), ("2", 2), ("3", 3)];
+const BLANKS: [char; 2] = [' ', '_'];
+
 /// A product of powers of units; an empty text and `-` are a pure number.
 pub(super) fn unit(text: &str) -> Option<Unit> {
     if text.chars().count() > LONGEST {
         return None;
     }
-    let plain = text.replace("'s", "s").replace("**", "").replace('^', "");
-    const OTHER: [char; 8] = ['⁻', '¹', '²', '³', 'μ', '[', ']', '_'];
-    const SAME: [char; 8] = ['-', '1', '2', '3', 'µ', '(', ')', ' '];
-    let sign = |c| OTHER.iter().position(|other| *other == c).map_or(c, |at| SAME[at]);
-    let text: Vec<char> = plain.trim().chars().map(sign).collect();
-    if matches!(text.as_slice(), [] | ['-']) {
+    let plain = SAME.iter().fold(text.to_owned(), |text, (sign, same)| text.replace(sign, same));
+    let plain = plain.trim();
+    if plain.is_empty() || plain == "-" {
         return Some((1.0, NUMBER));
     }
-    let (found, rest) = product(&text)?;
+    let (found, rest) = product(plain)?;
     rest.is_empty().then_some(found)
 }
 
-/// Factors up to the end or a closing bracket.
-fn product(text: &[char]) -> Option<(Unit, &[char])> {
-    let (mut found, mut rest) = factor(text)?;
-    loop {
-        let sign = match rest {
-            [] | [')', ..] => return Some((found, rest)),
-            ['/', ..] => -1,
-            ['·' | '*' | '.' | '-' | ' ', ..] => 1,
+/// Powers up to the end or a closing bracket, and the rest.
+fn product(text: &str) -> Option<(Unit, &str)> {
+    let (mut found, mut rest) = power(text)?;
+    while !rest.is_empty() && !rest.starts_with(')') {
+        let mut signs = rest.chars();
+        let exponent = match signs.next()? {
+            '/' => -1,
+            '·' | '*' | '.' | '-' | ' ' | '_' => 1,
             _ => return None,
         };
         let next;
-        (next, rest) = factor(rest.get(1..)?)?;
-        found = times(found, next, sign)?;
+        (next, rest) = power(signs.as_str())?;
+        found = times(found, next, exponent)?;
     }
+    Some((found, rest))
 }
 
-/// A unit or a bracket, with its exponent.
-fn factor(text: &[char]) -> Option<(Unit, &[char])> {
-    let text = after_blanks(text);
-    let (head, tail) = word(text);
-    let tail = after_blanks(tail.strip_prefix(&['.']).unwrap_or(tail));
-    let (power, text) = match head.to_ascii_lowercase().as_str() {
-        "sq" | "square" => (2, tail),
-        "cu" | "cubic" => (3, tail),
-        _ => (1, text),
+/// A unit or a bracket with its exponent, and the rest.
+fn power(text: &str) -> Option<(Unit, &str)> {
+    let text = text.trim_start_matches(BLANKS);
+    let (first, after) = word(text);
+    let prefix = match first.to_ascii_lowercase().as_str() {
+        "sq" | "square" => 2,
+        "cu" | "cubic" => 3,
+        _ => 1,
     };
-    let (base, rest) = match text {
-        ['(', inner @ ..] => match product(inner)? {
-            (found, [')', rest @ ..]) => (found, rest),
-            _ => return None,
-        },
-        // The numerator of 1/s is the only number allowed as a unit, and has no exponent.
-        ['1', rest @ ..] => return Some(((1.0, NUMBER), after_blanks(rest))),
-        _ => {
-            let (name, rest) = word(text);
-            (named(&name)?, rest)
-        }
+    let text =
+        if prefix == 1 { text } else { after.strip_prefix('.').unwrap_or(after).trim_start_matches(BLANKS) };
+    // The numerator of 1/s is the only number allowed as a unit, and has no exponent.
+    if let Some(rest) = text.strip_prefix('1') {
+        return Some(((1.0, NUMBER), rest.trim_start_matches(BLANKS)));
+    }
+    let (base, rest) = if let Some(inner) = text.strip_prefix('(') {
+        let (base, rest) = product(inner)?;
+        (base, rest.strip_prefix(')')?)
+    } else {
+        let (name, rest) = word(text);
+        (named(name)?, rest)
     };
-    let (exponent, rest) = match rest {
-        ['-', digit @ '1'..='3', rest @ ..] => (-(*digit as i8 - '0' as i8), rest),
-        [digit @ '1'..='3', rest @ ..] => (*digit as i8 - '0' as i8, rest),
-        rest => (1, rest),
-    };
+    let exponents = EXPONENTS.iter().find_map(|(sign, exponent)| Some((*exponent, rest.strip_prefix(sign)?)));
+    let (exponent, rest) = exponents.unwrap_or((1, rest));
     // A point may end an abbreviation, as in `sq. in.`.
-    let rest = match rest {
-        ['.', tail @ ..] if !tail.first().is_some_and(|next| next.is_ascii_alphabetic()) => tail,
-        rest => rest,
-    };
+    let ended = rest.strip_prefix('.').filter(|tail| !tail.starts_with(|c: char| c.is_ascii_alphabetic()));
+    let rest = ended.unwrap_or(rest);
     // A blank before a sign belongs to the sign; a blank between two units multiplies.
-    let rest = match after_blanks(rest) {
-        tight @ ([] | ['/' | '·' | '*' | '-' | ')', ..]) => tight,
+    let tight = rest.trim_start_matches(BLANKS);
+    let rest = if tight.is_empty() || tight.starts_with(['/', '·', '*', '-', ')']) {
+        tight
+    } else if text.starts_with('%') {
         // A percentage of a unit is not a unit.
-        _ if text.first() == Some(&'%') => return None,
-        _ => rest,
+        return None;
+    } else {
+        rest
     };
-    times((1.0, NUMBER), base, power * exponent).map(|found| (found, rest))
-}
-
-fn after_blanks(text: &[char]) -> &[char] {
-    &text[text.iter().take_while(|one| **one == ' ').count()..]
+    Some((times((1.0, NUMBER), base, prefix * exponent)?, rest))
 }
 
 /// The letters at the beginning, and the rest.
-fn word(text: &[char]) -> (String, &[char]) {
-    let length = text.iter().take_while(|one| one.is_ascii_alphabetic() || matches!(one, 'µ' | '%')).count();
-    (text[..length].iter().collect(), &text[length..])
+fn word(text: &str) -> (&str, &str) {
+    let is_letter = |c: char| c.is_ascii_alphabetic() || matches!(c, 'µ' | '%');
+    text.split_at(text.find(|c| !is_letter(c)).unwrap_or(text.len()))
 }
 
-/// The unit of a name: as written, else in any letter case if only one unit is meant, else as a plural of a word.
+/// The unit of a name: as written, else in any letter case that changes no meaning, else as a plural of a word.
 fn named(name: &str) -> Option<Unit> {
     let lower = name.to_ascii_lowercase();
-    let of = |is: &dyn Fn(&str) -> bool| {
-        let mut found = units().filter(|(names, _)| names.split(' ').any(is)).map(|(_, unit)| unit);
-        found.next().filter(|_| found.next().is_none())
-    };
+    let any_case = |known: &str| known.eq_ignore_ascii_case(name) && !CASED.contains(&lower.as_str());
     let singular = lower.strip_suffix('s').filter(|word| word.len() > 2);
-    of(&|known| known == name)
-        .or_else(|| {
-            of(&|known| known.to_ascii_lowercase() == lower).filter(|_| !CASED.contains(&lower.as_str()))
-        })
-        .or_else(|| of(&|known| Some(known) == singular))
+    let find =
+        |is: &dyn Fn(&str) -> bool| units().find(|(names, _)| names.split(' ').any(is)).map(|(_, unit)| unit);
+    find(&|known| known == name)
+        .or_else(|| find(&any_case))
+        .or_else(|| find(&|known| Some(known) == singular))
 }
 
 /// `left · rightᵉ`.

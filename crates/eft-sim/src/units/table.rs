@@ -53,8 +53,8 @@ pub(super) const OFFERED: &str = "kgf/cm², cm², mm², in², sq in, ft², cm³,
     in/s, ft/s, m/s², cm/s², mm/s², in/s², ft/s², kN/m, N/mm, kN/mm, lbf/in, kip/in, kN·s/m, lbf·s/in, \
     kip·s/in, L/MPa, in³/psi, L/min/MPa, gpm/psi, V/kN, V/kip, V/mm, V/in";
 
-/// Names whose other letter case is a unit 10⁹ times as large or as small, in lower case.
-pub(super) const CASED: [&str; 3] = ["mn", "mpa", "mv"];
+/// Names that another letter case gives another meaning, in lower case: `Gal` is not `gal`, `mPa` not `MPa`.
+pub(super) const CASED: [&str; 5] = ["mn", "mpa", "mv", "gal", "gals"];
 
 /// Names with another meaning in a file of measurements, where the quantity is known, and that meaning.
 pub(super) const MEASURED: [(&str, &str); 4] =

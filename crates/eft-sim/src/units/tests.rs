@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 
+use super::table::CASED;
 use super::*;
 use crate::config::KEYS;
 
@@ -93,6 +94,8 @@ fn a_name_means_one_unit_and_every_offered_unit_is_known() {
     let names: Vec<_> = units().flat_map(|(names, _)| names.split(' ')).collect();
     for (at, name) in names.iter().enumerate() {
         assert!(!names[..at].contains(name), "{name}");
+        let alone = !names[..at].iter().any(|other| other.eq_ignore_ascii_case(name));
+        assert!(alone || CASED.contains(&name.to_ascii_lowercase().as_str()), "{name}");
     }
     for name in OFFERED.split(", ") {
         assert!(unit(name).is_some(), "{name}");
