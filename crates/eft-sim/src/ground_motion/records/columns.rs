@@ -2,7 +2,8 @@
 //! acceleration only.
 
 use super::Draft;
-use super::column_header::{Columns, Declared, is_acceleration, is_unit_line};
+use super::column_header::{Columns, is_acceleration, is_unit_line};
+use super::notes::Declared;
 use super::numbers::{number, push_row, shown};
 use super::text::{Fault, Line};
 

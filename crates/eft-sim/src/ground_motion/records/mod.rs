@@ -11,6 +11,7 @@ mod columns;
 mod cosmos_v2;
 mod csmip_v2;
 mod knet;
+mod notes;
 mod numbers;
 mod read;
 mod text;
