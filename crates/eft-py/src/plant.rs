@@ -1,7 +1,7 @@
 //! `eft.Plant`: the plant alone, sample by sample.
 
 use eft_sim::SimulateOptions;
-use eft_sim::closed_loop::{Method, PlantReading, PlantStepper};
+use eft_sim::closed_loop::{Method, PlantReading, PlantStepper, Signals};
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -172,8 +172,8 @@ pub(crate) struct PlantState {
 
 type Answer<'py> = PyResult<Bound<'py, PyAny>>;
 
-/// The values of one actuator and its status, for `pickle`.
-type Numbers = ([f64; 8], u32);
+/// Time, signals and status of one actuator, for `pickle`.
+type Numbers = (f64, [f64; 7], u32);
 type Pickled = (Vec<Numbers>, bool);
 
 impl PlantState {
@@ -247,40 +247,23 @@ impl PlantState {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled)> {
-        let numbers = |reading: &PlantReading| {
-            let PlantReading { time, force, displacement, velocity, spool, .. } = *reading;
-            let PlantReading { load_pressure, supply_pressure, acceleration, status, .. } = *reading;
-            let values =
-                [time, force, displacement, velocity, spool, load_pressure, supply_pressure, acceleration];
-            (values, status)
-        };
+        let numbers = |reading: &PlantReading| (reading.time, reading.signals.to_array(), reading.status);
         let state = slf.get();
         Ok((slf.get_type().getattr("_made")?, (state.readings.iter().map(numbers).collect(), state.stacked)))
     }
 
     #[staticmethod]
     fn _made(actuators: Vec<Numbers>, stacked: bool) -> Self {
-        let reading = |(values, status): Numbers| {
-            let [time, force, displacement, velocity, spool, load_pressure, supply_pressure, acceleration] =
-                values;
-            PlantReading {
-                time,
-                force,
-                displacement,
-                velocity,
-                spool,
-                load_pressure,
-                supply_pressure,
-                acceleration,
-                status,
-            }
+        let reading = |(time, signals, status): Numbers| {
+            let signals = Signals::from_array(signals);
+            PlantReading { time, signals, status }
         };
         Self { readings: actuators.into_iter().map(reading).collect(), stacked }
     }
 
     fn __repr__(&self) -> String {
         let actuator = |reading: &PlantReading| {
-            let PlantReading { force, displacement, velocity, spool, .. } = reading;
+            let Signals { force, displacement, velocity, spool, .. } = reading.signals;
             format!(
                 "force {force:.6} N, displacement {displacement:.6} m, velocity {velocity:.6} m/s, spool {spool:.6}"
             )

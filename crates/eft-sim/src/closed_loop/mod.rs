@@ -53,3 +53,5 @@ pub(crate) use tick::{DigitalOutput, Recorder, Tick};
 pub(crate) use traces::{BLOCK_TICKS, Block, supply_varies};
 pub use traces::{Fallback, TRACES, Trace, Traces, Values};
 pub use virtual_rig::{RigReading, VirtualRig};
+
+pub use crate::plant::Signals;

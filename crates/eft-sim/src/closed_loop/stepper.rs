@@ -1,5 +1,7 @@
 //! The plant alone, one sample at a time, for external controllers and structures.
 
+use std::ops::Deref;
+
 use eft_core::status;
 
 use crate::closed_loop::specimen::StructureExchange;
@@ -12,22 +14,19 @@ use crate::{Error, Result, RigConfig};
 pub struct PlantReading {
     /// Time since the start (s).
     pub time: f64,
-    /// Force on the structure (N).
-    pub force: f64,
-    /// Displacement (m).
-    pub displacement: f64,
-    /// Velocity (m/s).
-    pub velocity: f64,
-    /// Spool opening (1).
-    pub spool: f64,
-    /// Load pressure (Pa).
-    pub load_pressure: f64,
-    /// Supply pressure (Pa).
-    pub supply_pressure: f64,
-    /// Acceleration (m/s²); with an external structure the mean over the sample that ends now.
-    pub acceleration: f64,
+    /// The signals at the structure; their fields are also fields of the reading. With an external structure the
+    /// acceleration is the mean over the sample that ends now.
+    pub signals: Signals<f64>,
     /// [`status::SPOOL_STOP`], [`status::STROKE_EXCEEDED`] and [`status::DIVERGED`].
     pub status: u32,
+}
+
+impl Deref for PlantReading {
+    type Target = Signals<f64>;
+
+    fn deref(&self) -> &Signals<f64> {
+        &self.signals
+    }
 }
 
 /// A plant that advances by one sample per call under one held valve command per actuator, the ground floor's
@@ -127,23 +126,16 @@ impl PlantStepper {
     }
 
     fn reading(&self, i: usize) -> PlantReading {
-        let (state, force, signals, (at_stop, beyond_stroke)) = self.observe(i);
+        let (state, force, sensed, (at_stop, beyond_stroke)) = self.observe(i);
         let flags = [
             (at_stop, status::SPOOL_STOP),
             (beyond_stroke, status::STROKE_EXCEEDED),
             (!state.is_bounded(), status::DIVERGED),
         ];
-        let Signals { supply_pressure, acceleration, .. } = signals;
         let ActuatorState { spool, load_pressure, displacement, velocity, .. } = state;
         PlantReading {
             time: self.ticks as f64 / self.grid.sample_rate,
-            force,
-            displacement,
-            velocity,
-            spool,
-            load_pressure,
-            supply_pressure,
-            acceleration,
+            signals: Signals { force, displacement, velocity, spool, load_pressure, ..sensed },
             status: flags.iter().filter(|flag| flag.0).fold(0, |all, flag| all | flag.1),
         }
     }

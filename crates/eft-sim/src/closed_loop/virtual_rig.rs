@@ -144,17 +144,9 @@ impl Instruments {
         visit(&mut clipped);
         self.clipped = clipped as u32;
         self.dac.numbers(visit);
-        let m = &mut self.measured;
-        let measured = [
-            &mut m.displacement,
-            &mut m.velocity,
-            &mut m.force,
-            &mut m.spool,
-            &mut m.supply_pressure,
-            &mut m.acceleration,
-            &mut m.load_pressure,
-        ];
-        measured.into_iter().for_each(&mut *visit);
+        let mut measured = self.measured.to_array();
+        measured.iter_mut().for_each(&mut *visit);
+        self.measured = Signals::from_array(measured);
         if let Some(sensors) = &mut self.sensors {
             sensors.numbers(visit);
         }

@@ -18,3 +18,18 @@ pub struct Signals<S> {
     /// Load pressure (Pa).
     pub load_pressure: S,
 }
+
+impl<S> Signals<S> {
+    /// The values in the order of the fields.
+    pub fn to_array(self) -> [S; 7] {
+        let Self { displacement, velocity, force, spool, supply_pressure, acceleration, load_pressure } =
+            self;
+        [displacement, velocity, force, spool, supply_pressure, acceleration, load_pressure]
+    }
+
+    /// From values in the order of the fields.
+    pub fn from_array(values: [S; 7]) -> Self {
+        let [displacement, velocity, force, spool, supply_pressure, acceleration, load_pressure] = values;
+        Self { displacement, velocity, force, spool, supply_pressure, acceleration, load_pressure }
+    }
+}
