@@ -16,8 +16,8 @@ impl LowPass {
     /// A filter with a bandwidth (Hz) at a sample rate (Hz).
     pub(crate) fn new(bandwidth: f64, sample_rate: f64) -> Self {
         let z = TAU * bandwidth / sample_rate;
-        let pole = (-z).exp();
-        let mean = -(-z).exp_m1() / z;
+        let pole = libm::exp(-z);
+        let mean = -libm::expm1(-z) / z;
         Self { pole, older: mean - pole, newer: 1.0 - mean, last: None }
     }
 
@@ -37,6 +37,12 @@ impl LowPass {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The exponential of glibc ends with another bit.
+    #[test]
+    fn a_filter_has_the_same_bits_on_every_platform() {
+        assert_eq!(LowPass::new(58.0, 4096.0).pole.to_bits(), 0x3fed_46a2_153c_df32);
+    }
 
     #[test]
     fn sine_comes_out_with_the_gain_and_phase_of_a_first_order_lag() {

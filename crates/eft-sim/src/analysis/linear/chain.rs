@@ -69,8 +69,8 @@ impl Chain {
     pub(super) fn new(at: usize, bandwidth: Option<f64>, delay: usize, sample_rate: f64) -> Self {
         let lag = bandwidth.map(|corner| {
             let z = TAU * corner / sample_rate;
-            let pole = (-z).exp();
-            let mean = -(-z).exp_m1() / z;
+            let pole = libm::exp(-z);
+            let mean = -libm::expm1(-z) / z;
             Lag { pole, older: mean - pole, newer: 1.0 - mean }
         });
         Self { at, lag, delay }

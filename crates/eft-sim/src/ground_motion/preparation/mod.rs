@@ -67,7 +67,7 @@ pub fn tapered(record: &Record, start: f64, end: f64) -> Result<Record> {
         checks::require(length >= 0.0 && start + end <= duration, name, length, allowed)?;
     }
     let fade =
-        |time: f64, length: f64| if time < length { 0.5 - 0.5 * (PI * time / length).cos() } else { 1.0 };
+        |time: f64, length: f64| if time < length { 0.5 - 0.5 * libm::cos(PI * time / length) } else { 1.0 };
     let weight = |i: usize| fade(i as f64 * record.dt, start) * fade((last - i) as f64 * record.dt, end);
     let values = record.acceleration.iter().enumerate().map(|(i, value)| value * weight(i)).collect();
     Record::new(record.name.clone(), values, record.dt)

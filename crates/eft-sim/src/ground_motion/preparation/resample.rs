@@ -29,10 +29,10 @@ pub fn resampled(record: &Record, rate: f64) -> Result<Record> {
     let reach = CROSSINGS / corner;
     let kernel = |distance: f64| {
         let x = PI * corner * distance;
-        let sinc = if x.abs() < 1e-9 { 1.0 } else { x.sin() / x };
+        let sinc = if x.abs() < 1e-9 { 1.0 } else { libm::sin(x) / x };
         // Blackman: side lobes 74 dB down.
         let phase = PI * distance / reach;
-        corner * sinc * (0.42 + 0.5 * phase.cos() + 0.08 * (2.0 * phase).cos())
+        corner * sinc * (0.42 + 0.5 * libm::cos(phase) + 0.08 * libm::cos(2.0 * phase))
     };
     let value = |i: usize| {
         let position = i as f64 * own / rate;

@@ -31,8 +31,8 @@ fn peak(record: &Record, period: f64, zeta: f64) -> Result<f64> {
     let half_period = (0.5 * period / step).ceil() + 1.0;
     checks::require(half_period <= 1e7, "period", period, "must not be that long against the record's step")?;
     let root = (1.0 - zeta * zeta).sqrt();
-    let (sin, cos) = (omega * root * step).sin_cos();
-    let decay = (-zeta * omega * step).exp();
+    let (sin, cos) = libm::sincos(omega * root * step);
+    let decay = libm::exp(-zeta * omega * step);
     // One step of u'' + 2ζω·u' + ω²·u = p0 + (p1 − p0)·t/h: a linear particular solution plus a free
     // vibration.
     let advance = |u: f64, v: f64, p0: f64, p1: f64| {
