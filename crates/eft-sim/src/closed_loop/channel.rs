@@ -98,13 +98,15 @@ impl<P: Precision> RigChannel<P> {
         let channel = Box::new(P::channel(parameters)?);
         let learns = parameters.learning.is_on();
         let learning = learns.then(|| RigLearner::new(parameters, saved).map(Box::new)).transpose()?;
-        let state = Box::new(initial_state(&channel, learning.as_deref()));
-        Ok(Self { state, channel, learning })
+        let mut whole = Self { state: Box::new(channel.at_rest()), channel, learning };
+        *whole.state = whole.start();
+        Ok(whole)
     }
 
     /// The state at the start and after a reset.
     fn start(&self) -> ChannelState<P> {
-        initial_state(&self.channel, self.learning.as_deref())
+        let learning = self.learning.as_ref();
+        learning.map_or_else(|| self.channel.at_rest(), |one| one.initial_channel_state(&self.channel))
     }
 
     /// One tick.
@@ -214,10 +216,6 @@ impl<P: Precision> RigChannel<P> {
     pub fn found_flows(&self, openings: &[f64]) -> Option<Vec<f64>> {
         Some(self.learning.as_ref()?.found_flows(self.state.calibration(), openings))
     }
-}
-
-fn initial_state<P: Precision>(channel: &Channel<P>, learning: Option<&RigLearner<P>>) -> ChannelState<P> {
-    learning.map_or_else(|| channel.at_rest(), |learning| learning.initial_channel_state(channel))
 }
 
 /// The input in the controller's precision.

@@ -64,6 +64,13 @@ pub(crate) fn samples(duration: f64, sample_rate: f64) -> Result<usize> {
     within_memory((duration * sample_rate).round())
 }
 
+/// A command of `value(t)` (N) at each time (s). Its callers take functions of `libm`, because the last bits of the
+/// platform's differ between platforms.
+fn sampled(duration: f64, sample_rate: f64, value: impl Fn(f64) -> f64) -> Result<Command> {
+    let samples = samples(duration, sample_rate)?;
+    Command::new((0..samples).map(|i| value(i as f64 / sample_rate)).collect(), sample_rate)
+}
+
 /// The sample count as an integer, if it lies within 1 and [`MAX_SAMPLES`].
 fn within_memory(samples: f64) -> Result<usize> {
     let within = (1.0..=MAX_SAMPLES as f64).contains(&samples);

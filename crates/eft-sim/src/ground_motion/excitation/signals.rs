@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Command, samples};
+use super::{Command, sampled, samples};
 use crate::fourier::{Complex64, signal_of};
 use crate::instruments::Noise;
 use crate::{Error, Result, checks};
@@ -112,12 +112,6 @@ fn lines(
         *bin = line(n, count);
     }
     signal_of(spectrum, samples)
-}
-
-/// Its callers take functions of `libm`, because the last bits of the platform's differ between platforms.
-fn sampled(duration: f64, sample_rate: f64, value: impl Fn(f64) -> f64) -> Result<Command> {
-    let samples = samples(duration, sample_rate)?;
-    Command::new((0..samples).map(|i| value(i as f64 / sample_rate)).collect(), sample_rate)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The sine sweep of the paper's characterisation tests (Figs. 8–11).
 
-use super::{Command, samples};
+use super::{Command, sampled};
 use crate::{Result, checks};
 use std::f64::consts::TAU;
 
@@ -21,17 +21,13 @@ pub fn sine_sweep(
     sample_rate: f64,
 ) -> Result<Command> {
     checks::finite("amplitude", amplitude, "N")?;
-    let samples = samples(duration, sample_rate)?;
     checks::within_nyquist("f_start", f_start, sample_rate)?;
     checks::within_nyquist("f_end", f_end, sample_rate)?;
     let rate_of_change = (f_end - f_start) / duration;
-    let value = |i: usize| {
-        let t = i as f64 / sample_rate;
+    sampled(duration, sample_rate, |t| {
         let cycles = (f_start + 0.5 * rate_of_change * t) * t;
-        // The sine of `libm`, because the last bit of the platform's sine differs between platforms.
         amplitude * libm::sin(TAU * cycles)
-    };
-    Ok(Command { values: (0..samples).map(value).collect(), sample_rate })
+    })
 }
 
 #[cfg(test)]
