@@ -34,7 +34,7 @@ pub struct VirtualRig {
 struct Instruments {
     /// `None` if they are ideal.
     sensors: Option<Sensors<f64>>,
-    dac: Dac<f64>,
+    dac: Dac,
     clipped: u32,
     measured: Signals<f64>,
 }
@@ -49,7 +49,7 @@ impl VirtualRig {
         let plant = PlantStepper::new(rig, sample_rate, &SimulateOptions::default())?;
         let instruments = |i| Instruments {
             sensors: Sensors::new(&|_| rig, sample_rate, i as u64),
-            dac: Dac::new(|_| &rig.plant().dac, |_| rig.null_command(0)),
+            dac: Dac::new(1, |_| &rig.plant().dac, |_| rig.null_command(0)),
             clipped: 0,
             measured: plant.signals(i),
         };

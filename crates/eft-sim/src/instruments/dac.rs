@@ -9,24 +9,27 @@ use crate::lanes::Num;
 
 /// Range, resolution and delay of the output in each lane.
 #[derive(Debug, Clone)]
-pub(crate) struct Dac<S> {
+pub(crate) struct Dac {
     /// Empty if the converter of every lane is ideal.
     lanes: Vec<Option<Quantizer>>,
     delay: DelayLines,
-    number: std::marker::PhantomData<S>,
 }
 
-impl<S: Num> Dac<S> {
-    /// The converters `dac(0)`, `dac(1)`, …, one per lane, with an input of `initial(i)` V until now.
-    pub(crate) fn new<'a>(dac: impl Fn(usize) -> &'a config::Dac, initial: impl Fn(usize) -> f64) -> Self {
+impl Dac {
+    /// The converters `dac(0)`, `dac(1)`, … of a number of lanes, with an input of `initial(i)` V until now.
+    pub(crate) fn new<'a>(
+        lanes: usize,
+        dac: impl Fn(usize) -> &'a config::Dac,
+        initial: impl Fn(usize) -> f64,
+    ) -> Self {
         let lane = |i| dac(i).range.map(|range| Quantizer::new(range, dac(i).bits));
-        let mut lanes: Vec<_> = (0..S::LANES).map(lane).collect();
+        let mut lanes: Vec<_> = (0..lanes).map(lane).collect();
         let converted = |i: usize| lanes[i].map_or(initial(i), |dac| dac.convert(initial(i)));
-        let delay = DelayLines::new(S::LANES, |i| dac(i).delay as usize, converted);
+        let delay = DelayLines::new(lanes.len(), |i| dac(i).delay as usize, converted);
         if lanes.iter().all(Option::is_none) {
             lanes.clear();
         }
-        Self { lanes, delay, number: std::marker::PhantomData }
+        Self { lanes, delay }
     }
 
     /// Whether the converter of every lane is ideal.
@@ -36,7 +39,7 @@ impl<S: Num> Dac<S> {
 
     /// The present output voltage, and [`status::COMMAND_LIMITED`] if the input was outside the range.
     #[inline(always)]
-    pub(crate) fn convert(&mut self, voltage: S) -> (S, S::Flags) {
+    pub(crate) fn convert<S: Num>(&mut self, voltage: S) -> (S, S::Flags) {
         if self.lanes.is_empty() {
             return (self.delay.delay(voltage), S::Flags::default());
         }

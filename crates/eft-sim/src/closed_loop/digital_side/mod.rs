@@ -72,7 +72,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             Realization::Digital => rig(i).null_command(actuator),
             Realization::Analog => null_signal(i),
         };
-        let dac = Dac::new(|i| &rig(i).plant().dac, rest);
+        let dac = Dac::new(S::LANES, |i| &rig(i).plant().dac, rest);
         let has_ideal_instruments =
             sensors.is_none() && computation.is_none() && command_delay.is_none() && dac.is_ideal();
         let null_signal = S::from_lanes(null_signal);

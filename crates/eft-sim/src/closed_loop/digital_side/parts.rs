@@ -88,7 +88,7 @@ pub(crate) struct DigitalSide<S: Num, C: Scalar<Element: Precision>> {
     pub(super) analog: Analog<S>,
     /// `None` if the sensors of every lane are ideal.
     pub(super) sensors: Option<Sensors<S>>,
-    pub(super) dac: Dac<S>,
+    pub(super) dac: Dac,
     pub(super) sample_rate: f64,
     /// Whether a trace is kept of the analog valve command, which nothing else needs.
     pub(super) records_valve_command: bool,
