@@ -62,9 +62,7 @@ pub fn identify_flow_curve(
     piston_area: f64,
     knots: usize,
 ) -> Result<FlowCurveEstimate> {
-    let openings = control_points(knots)?;
-    let fit = Fit::new(recordings, sample_rate, piston_area, &openings)?;
-    fit.curve(openings)
+    Fit::new(recordings, sample_rate, piston_area, control_points(knots)?)?.curve()
 }
 
 /// Evenly spaced openings (1) from −1 to 1, 0 among them.
@@ -160,8 +158,7 @@ pub fn identify_flow_gain(
     let outer = |i: usize| limit + (1.0 - limit) * i as f64 / cells as f64;
     let negative = (0..=cells).rev().map(|i| -outer(i));
     let openings: Vec<f64> = negative.chain((0..=cells).map(outer)).collect();
-    let fit = Fit::new(recordings, sample_rate, piston_area, &openings)?;
-    fit.slope(cells)
+    Fit::new(recordings, sample_rate, piston_area, openings)?.slope(cells)
 }
 
 /// Share by which the flow at the end of a recording exceeds that in its middle, from the fitted displacement times the
@@ -220,9 +217,9 @@ struct Fit {
 }
 
 impl Fit {
-    fn new(recordings: &[Recording<'_>], sample_rate: f64, piston_area: f64, knots: &[f64]) -> Result<Self> {
+    fn new(recordings: &[Recording<'_>], sample_rate: f64, area: f64, knots: Vec<f64>) -> Result<Self> {
         checks::sample_rate("sample_rate", sample_rate)?;
-        checks::positive("piston_area", piston_area, "m²")?;
+        checks::positive("piston_area", area, "m²")?;
         let parts = finite_stretches(recordings, check_opening)?;
         let cells = knots.len() - 1;
         let mut inside = vec![0; cells];
@@ -230,26 +227,26 @@ impl Fit {
         for opening in parts.iter().flat_map(|(spool, _)| spool) {
             let cell = knots[1..cells].iter().filter(|knot| **knot <= *opening).count();
             inside[cell] += 1;
-            for (count, knot) in beyond.iter_mut().zip(knots) {
+            for (count, knot) in beyond.iter_mut().zip(&knots) {
                 *count += usize::from(opening * knot.signum() >= knot.abs() - 1e-3);
             }
         }
         let mut fit = Self {
-            knots: knots.to_vec(),
-            area: piston_area,
+            knots,
+            area,
             slopes: DVector::zeros(cells),
             covariance: DMatrix::zeros(cells, cells),
             flow_change: 0.0,
             inside,
             beyond,
         };
-        fit.solve(&parts, sample_rate, piston_area)?;
+        fit.solve(&parts, sample_rate)?;
         Ok(fit)
     }
 
     /// Least squares on `A·x = Σ slope·∫ramp dt + offset + drift·t`, with a separate offset and drift for
     /// each stretch. Noise of the spool is integrated and that of the displacement is not, so the rows are whitened.
-    fn solve(&mut self, stretches: &[Stretch], sample_rate: f64, area: f64) -> Result<()> {
+    fn solve(&mut self, stretches: &[Stretch], sample_rate: f64) -> Result<()> {
         let used: Vec<usize> = (0..self.inside.len()).filter(|c| self.inside[*c] >= LEAST_SAMPLES).collect();
         let n = used.len();
         let step = 1.0 / sample_rate;
@@ -285,7 +282,10 @@ impl Fit {
         for (spool, displacement) in stretches {
             interruption::check()?;
             let start = displacement[0];
-            parts.push((rows(spool), displacement.iter().map(|x| area * (x - start)).collect::<Vec<f64>>()));
+            parts.push((
+                rows(spool),
+                displacement.iter().map(|x| self.area * (x - start)).collect::<Vec<f64>>(),
+            ));
         }
         let mut memory = MOST_MEMORY;
         let mut fit = || {
@@ -342,7 +342,8 @@ impl Fit {
         Ok(found)
     }
 
-    fn curve(&self, openings: Vec<f64>) -> Result<FlowCurveEstimate> {
+    fn curve(self) -> Result<FlowCurveEstimate> {
+        let openings = self.knots;
         let zero = openings.len() / 2;
         let measured: Vec<bool> = self.beyond.iter().map(|count| *count >= LEAST_SAMPLES).collect();
         check_reach(&openings, &measured)?;
