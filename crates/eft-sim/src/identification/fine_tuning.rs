@@ -119,16 +119,16 @@ pub fn fine_tune(
     let found = format!("{} frequencies within {low} to {high} Hz", bins.len());
     let allowed = format!("must move at {LEAST_BINS} at least: use a longer test");
     checks::require(bins.len() >= LEAST_BINS, "velocity", found, allowed)?;
-    let fit = Fit::new(&spectra, &bins, width);
-    let found = format!("a compensation {:.2} times the configured one", fit.gain);
+    let [gain, late] = regression(&spectra, &bins, width);
+    let found = format!("a compensation {:.2} times the configured one", gain.value);
     let allowed = "must be that of this rig, compensated: check gains, units and signs";
-    checks::require(fit.gain > 0.2 && fit.gain < 5.0, "velocity", found, allowed)?;
-    let level = rig.compensation.level / fit.gain;
-    let delay = rig.compensation.response_delay + fit.delay;
+    checks::require(gain.value > 0.2 && gain.value < 5.0, "velocity", found, allowed)?;
+    let level = rig.compensation.level / gain.value;
+    let delay = rig.compensation.response_delay + late.value;
     let [natural_frequency, force_ratio, peak, valley] = spectra.extremes(&bins, width);
     Ok(FineTuning {
-        level: Estimate::new(level, level * fit.gain_deviation / fit.gain),
-        response_delay: Estimate::new(delay.max(0.0), fit.delay_deviation),
+        level: Estimate::new(level, level * gain.uncertainty / gain.value),
+        response_delay: Estimate::new(delay.max(0.0), late.uncertainty),
         natural_frequency,
         force_ratio,
         peak,
@@ -182,41 +182,28 @@ fn check_motion(rig: &RigConfig, signals: TestSignals<'_>, sample_rate: f64, ban
     checks::require(is_plausible, "velocity", found, allowed)
 }
 
-/// The regression `produced = (p + jωq)·required`.
-struct Fit {
-    gain: f64,
-    gain_deviation: f64,
-    delay: f64,
-    delay_deviation: f64,
-}
-
-impl Fit {
-    fn new(spectra: &Spectra, bins: &[usize], width: f64) -> Self {
-        let omega = |k: usize| TAU * width * k as f64;
-        // Real and imaginary part of opened/needed, weighted by |needed|²: two ordinary regressions.
-        let (mut square, mut by_omega, mut real, mut imaginary) = (0.0, 0.0, 0.0, 0.0);
-        for &k in bins {
-            let cross = spectra.produced[k] * spectra.required[k].conj();
-            let weight = spectra.required[k].norm_sqr();
-            square += weight;
-            by_omega += weight * omega(k) * omega(k);
-            real += cross.re;
-            imaginary += cross.im * omega(k);
-        }
-        let (gain, slope) = (real / square, imaginary / by_omega);
-        let mut rest = 0.0;
-        for &k in bins {
-            let model = spectra.required[k] * Complex64::new(gain, omega(k) * slope);
-            rest += (spectra.produced[k] - model).norm_sqr();
-        }
-        let variance = rest / (2 * bins.len() - 2) as f64;
-        Self {
-            gain,
-            gain_deviation: (variance / square).sqrt(),
-            delay: -slope / gain,
-            delay_deviation: (variance / by_omega).sqrt() / gain,
-        }
+/// Gain `p` (1) and delay `−q/p` (s) of the regression `produced = (p + jωq)·required`.
+fn regression(spectra: &Spectra, bins: &[usize], width: f64) -> [Estimate; 2] {
+    let omega = |k: usize| TAU * width * k as f64;
+    // Real and imaginary part of opened/needed, weighted by |needed|²: two ordinary regressions.
+    let (mut square, mut by_omega, mut real, mut imaginary) = (0.0, 0.0, 0.0, 0.0);
+    for &k in bins {
+        let cross = spectra.produced[k] * spectra.required[k].conj();
+        let weight = spectra.required[k].norm_sqr();
+        square += weight;
+        by_omega += weight * omega(k) * omega(k);
+        real += cross.re;
+        imaginary += cross.im * omega(k);
     }
+    let (gain, slope) = (real / square, imaginary / by_omega);
+    let mut rest = 0.0;
+    for &k in bins {
+        let model = spectra.required[k] * Complex64::new(gain, omega(k) * slope);
+        rest += (spectra.produced[k] - model).norm_sqr();
+    }
+    let variance = rest / (2 * bins.len() - 2) as f64;
+    let delay = Estimate::new(-slope / gain, (variance / by_omega).sqrt() / gain);
+    [Estimate::new(gain, (variance / square).sqrt()), delay]
 }
 
 struct Spectra {
