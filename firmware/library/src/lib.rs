@@ -13,3 +13,8 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     // Safety: never linked.
     unsafe { eft_a_panic_is_reachable() }
 }
+
+/// The compiler's support library of a host refers to it. No program calls it, since no panic is reachable.
+#[cfg(not(target_os = "none"))]
+#[unsafe(no_mangle)]
+extern "C" fn rust_eh_personality() {}
