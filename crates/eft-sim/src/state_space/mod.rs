@@ -98,7 +98,7 @@ impl StateSpace {
         let poles = self.poles()?;
         let rate = |pole: &Complex<f64>| match self.sample_time {
             None => pole.re,
-            Some(step) => pole.norm().ln() / step,
+            Some(step) => libm::log(pole.norm()) / step,
         };
         Ok(poles.iter().map(rate).fold(f64::NEG_INFINITY, f64::max))
     }
