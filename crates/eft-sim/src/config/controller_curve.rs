@@ -4,6 +4,7 @@
 //! `f(max(x + u, 0)) + f(min(x − u, 0))` at no load, which is continuous and is inverted exactly. An overlap is a
 //! parameter of the controller of its own.
 
+use super::sections::interpolated;
 use super::{FlowCurve, RigConfig, TABLE_CAPACITY};
 use crate::error::{Error, Result};
 
@@ -97,19 +98,6 @@ fn sorted(of: impl Iterator<Item = f64>, lowest: f64, highest: f64) -> Vec<f64> 
     within.sort_by(f64::total_cmp);
     within.dedup_by(|next, x| *next - *x <= APART * x.abs());
     within
-}
-
-/// Linear between the points, constant beyond them.
-fn interpolated(at: &[f64], values: &[f64], x: f64) -> f64 {
-    let above = at.partition_point(|point| *point <= x);
-    match (above.checked_sub(1), values.get(above)) {
-        (None, _) => values[0],
-        (Some(below), Some(next)) => {
-            let share = (x - at[below]) / (at[above] - at[below]);
-            values[below] + share * (next - values[below])
-        }
-        (Some(below), None) => values[below],
-    }
 }
 
 #[cfg(test)]

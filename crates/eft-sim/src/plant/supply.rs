@@ -6,13 +6,13 @@
 
 use eft_core::Mask;
 
-use crate::config::RigConfig;
+use crate::config::{RigConfig, SupplySchedule};
 use crate::lanes::Num;
 
 /// Pump, accumulator and schedule of the set pressure.
 #[derive(Debug, Clone)]
 pub(crate) struct Supply<S: Num> {
-    schedules: Vec<Option<(Vec<f64>, Vec<f64>)>>,
+    schedules: Vec<Option<SupplySchedule>>,
     constant: S,
     /// Whether any lane has an accumulator.
     has_accumulator: bool,
@@ -26,10 +26,7 @@ pub(crate) struct Supply<S: Num> {
 impl<S: Num> Supply<S> {
     pub(crate) fn pack<'a>(rig: &dyn Fn(usize) -> &'a RigConfig) -> Self {
         let supply = |i: usize| &rig(i).supply;
-        let schedule = |i: usize| {
-            supply(i).schedule.as_ref().map(|schedule| (schedule.times.clone(), schedule.pressures.clone()))
-        };
-        let mut schedules: Vec<_> = (0..S::LANES).map(schedule).collect();
+        let mut schedules: Vec<_> = (0..S::LANES).map(|i| supply(i).schedule.clone()).collect();
         if schedules.iter().all(Option::is_none) {
             schedules.clear();
         }
@@ -54,7 +51,7 @@ impl<S: Num> Supply<S> {
     #[inline(never)]
     fn scheduled(&self, time: S) -> S {
         S::from_lanes(|i| match self.schedules.get(i) {
-            Some(Some((times, pressures))) => interpolate(times, pressures, time.lane(i)),
+            Some(Some(schedule)) => schedule.at(time.lane(i)),
             _ => self.constant.lane(i),
         })
     }
@@ -84,21 +81,6 @@ impl<S: Num> Supply<S> {
     /// Energy (J) in the accumulator at a pressure (Pa).
     pub(crate) fn stored(&self, pressure: S) -> S {
         S::splat(0.5) * self.capacity * pressure * pressure
-    }
-}
-
-/// Linear between the points, constant beyond them.
-fn interpolate(times: &[f64], values: &[f64], time: f64) -> f64 {
-    let after = times.partition_point(|t| *t <= time);
-    let value = |i: usize| values.get(i).copied().unwrap_or_default();
-    if after == 0 {
-        return value(0);
-    }
-    match (times.get(after - 1), times.get(after)) {
-        (Some(start), Some(end)) => {
-            value(after - 1) + (value(after) - value(after - 1)) * (time - start) / (end - start)
-        }
-        _ => value(after - 1),
     }
 }
 

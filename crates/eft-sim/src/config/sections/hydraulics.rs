@@ -101,6 +101,26 @@ impl Actuator {
     }
 }
 
+impl SupplySchedule {
+    /// Set pressure (Pa) at a time (s).
+    pub(crate) fn at(&self, time: f64) -> f64 {
+        interpolated(&self.times, &self.pressures, time)
+    }
+}
+
+/// Linear between the points, constant beyond them.
+pub(crate) fn interpolated(at: &[f64], values: &[f64], x: f64) -> f64 {
+    let above = at.partition_point(|point| *point <= x);
+    match (above.checked_sub(1), values.get(above)) {
+        (None, _) => values[0],
+        (Some(below), Some(next)) => {
+            let share = (x - at[below]) / (at[above] - at[below]);
+            values[below] + share * (next - values[below])
+        }
+        (Some(below), None) => values[below],
+    }
+}
+
 impl Servovalve {
     /// The flow curve of the true valve, before `flow_gain_scale`.
     pub(crate) fn true_curve(&self) -> &FlowCurve {
