@@ -4,7 +4,7 @@
 //! with the displacement's derivative, and the spool compared with its command. The flow has a second residual above
 //! the motion's frequencies, where the oil's flow, and with it the force, has a large part. A dead band for the
 //! possible errors of the calibration is subtracted from each residual before the sum. While a single sensor shows the
-//! motion, a fourth comparison notices that it or the force has the wrong sign.
+//! motion, a fourth comparison notices that it or the force has the wrong sign. A fifth one notices a force that reads zero.
 
 mod balance;
 mod blame;
@@ -20,6 +20,7 @@ mod state;
 mod sums;
 #[cfg(test)]
 mod tests;
+mod zero_force;
 
 use crate::cause::Cause;
 use crate::integrity::integrity;
@@ -33,9 +34,12 @@ pub(super) use comparisons::{FlowLimits, Following, MotionLimits, SpoolLimits};
 pub(super) use load_pressure::LoadPressureWatch;
 pub(super) use reversal::ReversalWatch;
 pub(crate) use state::PlausibilityState;
+pub(super) use zero_force::ZeroForceWatch;
 
 /// Share of the limits that is enough if the force is far from its command.
 const FAR_LIMIT_SHARE: f64 = 0.5;
+/// Share of the motion's limit from which on the velocity may be wrong.
+const NOTICED_MOTION: f64 = 0.3;
 
 /// A plausibility watch's immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,6 +76,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) motion: MotionLimits<T>,
     pub(super) stroke: SpoolLimits<T>,
     pub(super) reversal: ReversalWatch<T>,
+    pub(super) zero_force: ZeroForceWatch<T>,
     pub(super) following: Following<T>,
     /// Change of the force in a sample (N per m/s) by a flow that differs from the motion's, if the velocity is
     /// estimated.
@@ -86,7 +91,7 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
 integrity!(
     Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate,
     area, leakage, oil, valve_gain, null_bias, low_gain, ratio_gain, spool_gain, decay, per_reversal, balance, motion,
-    stroke, reversal, following, force_jump, force_error_limit, changes, load_pressure
+    stroke, reversal, zero_force, following, force_jump, force_error_limit, changes, load_pressure
 );
 
 /// Further inputs of a watch in a tick.
@@ -196,6 +201,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
             self.contradiction(state, share)
         };
         state.balance_blame |= cause == Cause::ForceImplausible;
+        let readings = [control.command, state.balance.force, state.motion.displacement];
+        let reads_zero =
+            self.zero_force.contradicts(&mut state.zero_force, readings, [self.low_gain, self.period]);
+        // A wrong velocity brings the true force near zero.
+        let wrong_velocity = || self.travels_beyond(state, T::splat(NOTICED_MOTION));
+        if reads_zero && cause == Cause::None && !control.tripped && !wrong_velocity() {
+            return Cause::ForceImplausible;
+        }
         cause
     }
 

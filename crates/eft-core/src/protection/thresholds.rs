@@ -10,6 +10,7 @@ use crate::parameters::{Parameters, PlausibilityParameters, ProtectionParameters
 use crate::protection::gate::SensorGate;
 use crate::protection::plausibility::{
     FlowLimits, Following, LoadPressureWatch, MotionLimits, Plausibility, ReversalWatch, SpoolLimits,
+    ZeroForceWatch,
 };
 use crate::velocity::FilteredDerivative;
 use const_math::{exponential, root};
@@ -67,6 +68,16 @@ const FORCE_GATE: f64 = 0.56;
 const ESTIMATED_GATE: f64 = 1.5;
 /// Corner (Hz) of the average of a signal's slope.
 const SLOPE_CORNER: f64 = 60.0;
+/// Deviations of the low-passed noise within which a force reads zero, and the change of its command over this force. A
+/// sound force passes zero with more than a tenth of its command's change.
+const ZERO_DEVIATIONS: f64 = 5.0;
+const COMMAND_CHANGE: f64 = 10.0;
+/// Path of the piston over the deviation of the displacement's noise.
+const ZERO_PATH: f64 = 5.0;
+/// Time (s) of a larger change. Sound tests of rigs with a wrong fixed calibration had up to half of it.
+const ZERO_TIME: f64 = 0.012;
+/// Corner (Hz) of the mean sizes of force error and command.
+const MEAN_CORNER: f64 = 0.64;
 /// Largest change of a still sensor's reading, as a share of the deviation of its noise.
 const STILL_CHANGE: f64 = 0.1;
 
@@ -234,6 +245,21 @@ macro_rules! constructor {
             }
         }
 
+        impl ZeroForceWatch<$t> {
+            #[inline(always)]
+            const fn by(s: &Scales<'_>) -> Self {
+                let low = s.share(RESIDUAL_CORNER);
+                let zero = ZERO_DEVIATIONS * s.noise.force_noise * root(1e4 * low / (2.0 - low)) / 100.0;
+                Self {
+                    zero: zero as $t,
+                    change: (COMMAND_CHANGE * zero) as $t,
+                    path: (ZERO_PATH * s.noise.displacement_noise) as $t,
+                    time: ZERO_TIME as $t,
+                    mean_gain: s.share(MEAN_CORNER) as $t,
+                }
+            }
+        }
+
         impl<const N: usize> Plausibility<$t, N> {
             /// Makes the watch of a rig and its protection in `place`, because the stack has no space for a second one.
             #[inline(never)]
@@ -273,6 +299,7 @@ macro_rules! constructor {
                     motion: MotionLimits::<$t>::by(&s),
                     stroke: SpoolLimits::<$t>::by(&s),
                     reversal: ReversalWatch::<$t>::by(&s),
+                    zero_force: ZeroForceWatch::<$t>::by(&s),
                     following: Following::<$t>::by(&s),
                     force_jump: if senses_velocity { 0.0 } else { force_jump as $t },
                     force_error_limit: (10.0 * s.noise.force_noise + 0.15 * s.trip.force) as $t,

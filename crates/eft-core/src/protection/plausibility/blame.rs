@@ -5,7 +5,7 @@ use crate::number::Real;
 use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, Signal, VELOCITY};
 use crate::protection::plausibility::comparisons::MotionSums;
 use crate::protection::plausibility::reversal::WrongSign;
-use crate::protection::plausibility::{Plausibility, PlausibilityState};
+use crate::protection::plausibility::{NOTICED_MOTION, Plausibility, PlausibilityState};
 use crate::signals::Input;
 
 /// The displacement is blamed for a ratio only if the velocity fits the flow better, by this share of the mean square
@@ -192,7 +192,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         } else if wrong_sign() || fast() {
             if self.is_frozen(spool) {
                 Cause::SpoolImplausible
-            } else if self.travels_beyond(state, T::splat(0.3)) || self.is_frozen(velocity) {
+            } else if self.travels_beyond(state, T::splat(NOTICED_MOTION)) || self.is_frozen(velocity) {
                 match self.blame_motion(state) {
                     // These flows contain the velocity's sensor only: a displacement that moves does not change them.
                     // An estimated velocity contains the displacement.
@@ -207,7 +207,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
                 Cause::ForceImplausible
             }
         } else if slow(1.0) {
-            if self.travels_beyond(state, T::splat(0.3)) {
+            if self.travels_beyond(state, T::splat(NOTICED_MOTION)) {
                 self.blame_motion(state)
             } else if differs(0.05) || self.is_frozen(spool) {
                 Cause::SpoolImplausible

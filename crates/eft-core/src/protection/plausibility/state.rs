@@ -10,6 +10,7 @@ use crate::protection::plausibility::comparisons::{
 use crate::protection::plausibility::load_pressure::LoadPressureState;
 use crate::protection::plausibility::opening_offset::OpeningOffset;
 use crate::protection::plausibility::reversal::SignSums;
+use crate::protection::plausibility::zero_force::ZeroForce;
 use crate::velocity::FilteredDerivativeState;
 
 /// The state of a watch. `default()` is a rig at rest without a known null bias.
@@ -37,13 +38,14 @@ pub(crate) struct PlausibilityState<T> {
     pub(super) followed: FollowedMotion<T>,
     pub(super) flow_velocity: FlowVelocity<T>,
     pub(super) reversal: SignSums<T>,
+    pub(super) zero_force: ZeroForce<T>,
     pub(super) load_pressure: LoadPressureState<T>,
     /// Mean opening (1) by which the valve's flow exceeds that of the measured opening.
     pub(super) opening_offset: OpeningOffset<T>,
 }
 integrity!(
     PlausibilityState<T>: signals, distrusted, balance_blame, has_displacement, last_changes, derivative, velocity,
-    filtered_velocity, balance, motion, stroke, followed, flow_velocity, reversal, load_pressure, opening_offset
+    filtered_velocity, balance, motion, stroke, followed, flow_velocity, reversal, zero_force, load_pressure, opening_offset
 );
 
 impl<T: Real> PlausibilityState<T> {

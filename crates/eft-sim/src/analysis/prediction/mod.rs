@@ -147,8 +147,11 @@ impl Loop {
         let told = rig.varied(|values| values.servovalve.flow_gain_scale *= gain);
         let learns = rig.compensation.adaptive;
         // An unknown lap disturbs the loop with the known one.
-        let (mut rig, unreached) =
-            if learns { after_learning(&told, gain, rate)? } else { (told.with_known_lap(rate)?, Vec::new()) };
+        let (mut rig, unreached) = if learns {
+            after_learning(&told, gain, rate)?
+        } else {
+            (told.with_known_lap(rate)?, Vec::new())
+        };
         let rejected = unreached.iter().any(|one| matches!(one, Unreached::Rejected(..)));
         let learned = learns && !rejected && rig.compensation.level > 0.0;
         let mut adaptation = learned.then(|| Adaptation::of(&told, &rig, rate)).transpose()?;

@@ -1,0 +1,183 @@
+//! Notices a force that reads zero while its command moves, as that of a load cell without its bridge's supply.
+//!
+//! Near zero force such a reading agrees with its prediction, and the oil's flow is within the tolerance of the flow
+//! balance. A sound force passes zero about as fast as its command. It does not if the compensation is so wrong that the
+//! force does not follow its command, and if friction holds the piston.
+
+use crate::integrity::integrity;
+use crate::number::Real;
+use crate::protection::plausibility::sums::low_pass;
+
+/// Largest mean error of a force that follows its command, as a share of the mean command.
+const FOLLOWING: f64 = 0.25;
+
+/// The immutable configuration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ZeroForceWatch<T> {
+    /// Largest reading (N) that may be zero, after the low-pass.
+    pub(in crate::protection) zero: T,
+    /// Change of the command (N) and path of the piston (m) since the reading became zero.
+    pub(in crate::protection) change: T,
+    pub(in crate::protection) path: T,
+    /// Time (s) for which the command is beyond this change.
+    pub(in crate::protection) time: T,
+    /// Coefficient (1) of the mean error and the mean command.
+    pub(in crate::protection) mean_gain: T,
+}
+integrity!(ZeroForceWatch<T>: zero, change, path, time, mean_gain);
+
+/// The state. `default()` is that before the first sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
+pub(crate) struct ZeroForce<T> {
+    /// Command (N) after the low-pass of the force.
+    command: T,
+    /// Mean sizes (N) of force error and command.
+    mean_error: T,
+    mean_command: T,
+    /// Command (N) and displacement (m) when the reading became zero, and whether the force followed its command then.
+    command_before: T,
+    displacement_before: T,
+    followed: bool,
+    /// Time (s) since the command has changed enough.
+    time: T,
+}
+integrity!(
+    ZeroForce<T>: command, mean_error, mean_command, command_before, displacement_before, followed, time
+);
+
+impl<T: Real> ZeroForceWatch<T> {
+    /// Adds a tick's command (N), and force (N) and displacement (m) after a low-pass with this coefficient. The result
+    /// is whether the force reads zero while it should not.
+    #[inline(always)]
+    pub(super) fn contradicts(
+        &self,
+        state: &mut ZeroForce<T>,
+        [command, force, displacement]: [T; 3],
+        [low_gain, period]: [T; 2],
+    ) -> bool {
+        if !command.is_finite() {
+            return false;
+        }
+        let command = low_pass(&mut state.command, low_gain, command);
+        let error = low_pass(&mut state.mean_error, self.mean_gain, (command - force).abs());
+        let size = low_pass(&mut state.mean_command, self.mean_gain, command.abs());
+        if !(force.abs() <= self.zero) {
+            (state.command_before, state.displacement_before, state.time) =
+                (command, displacement, T::splat(0.0));
+            state.followed = error < T::splat(FOLLOWING) * size && size > self.change;
+            return false;
+        }
+        if !((command - state.command_before).abs() > self.change) {
+            state.time = T::splat(0.0);
+        } else if state.time < self.time {
+            state.time = state.time + period;
+        }
+        let moved = (displacement - state.displacement_before).abs() > self.path;
+        state.followed & moved & (state.time >= self.time)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::TAU;
+
+    const PERIOD: f64 = 1.0 / 4096.0;
+    const WATCH: ZeroForceWatch<f64> =
+        ZeroForceWatch { zero: 100.0, change: 1e3, path: 3e-4, time: 0.012, mean_gain: 1e-3 };
+
+    /// A sine of 1.5 Hz with an amplitude, `late` (rad).
+    fn sine(amplitude: f64, time: f64, late: f64) -> f64 {
+        amplitude * libm::sin(TAU * 1.5 * time - late)
+    }
+
+    /// Time (s) of the first contradiction within 3 s of a command of 6 kN, with a force (N) and a displacement (m).
+    fn first(force: impl Fn(f64) -> f64, displacement: impl Fn(f64) -> f64) -> Option<f64> {
+        let mut state = ZeroForce::default();
+        (0..12_288).map(|n| f64::from(n) * PERIOD).find(|&time| {
+            let readings = [sine(6e3, time, 0.0), force(time), displacement(time)];
+            WATCH.contradicts(&mut state, readings, [1.0, PERIOD])
+        })
+    }
+
+    #[test]
+    fn a_reading_that_stays_zero_is_noticed_wherever_it_begins() {
+        let moves = |time: f64| sine(0.05, time, 1.0);
+        for begins in (0..40).map(|n| 2.0 + f64::from(n) / 60.0) {
+            let force = |time: f64| if time < begins { sine(6e3, time, 0.1) } else { 50.0 };
+            let found = first(force, moves).unwrap();
+            // Near its largest value the command takes longer to change.
+            assert!(found > begins && found < begins + 0.16, "{begins}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_force_that_passes_zero_is_none() {
+        let moves = |time: f64| sine(0.05, time, 1.0);
+        for (amplitude, late) in [(6e3, 0.0), (6e3, 0.4), (4e3, -0.4), (9e3, 0.2)] {
+            assert_eq!(first(|time| sine(amplitude, time, late), moves), None, "{amplitude} {late}");
+        }
+        // Without a compensation a resonance leaves little of the force; before the test there is none.
+        assert_eq!(first(|time| sine(90.0, time, 0.0), moves), None);
+        // Friction holds the piston.
+        let held = |time: f64| if time < 2.0 { sine(6e3, time, 0.1) } else { 0.0 };
+        assert_eq!(first(held, |_| 0.01), None);
+    }
+
+    /// A state in which the force followed its command, and then became zero at a command and a displacement of 0.
+    fn zero() -> ZeroForce<f64> {
+        ZeroForce { mean_error: 499.0, mean_command: 2e3, followed: true, ..ZeroForce::default() }
+    }
+
+    #[test]
+    fn change_path_and_time_must_all_be_large() {
+        let samples = |command: f64, displacement: f64| {
+            let mut state = zero();
+            let watch = ZeroForceWatch { time: 9.5 * PERIOD, ..WATCH };
+            (1..100).find(|_| watch.contradicts(&mut state, [command, 99.0, displacement], [1.0, PERIOD]))
+        };
+        assert_eq!(samples(1001.0, 3.1e-4), Some(10));
+        assert_eq!(samples(-1001.0, -3.1e-4), Some(10));
+        assert_eq!(samples(999.0, 3.1e-4), None);
+        assert_eq!(samples(1001.0, 2.9e-4), None);
+    }
+
+    #[test]
+    fn the_time_begins_anew_with_a_small_change() {
+        let mut state = zero();
+        let mut add = |command: f64, count: u32| {
+            (0..count).any(|_| WATCH.contradicts(&mut state, [command, 0.0, 1.0], [1.0, PERIOD]))
+        };
+        assert!(!add(1100.0, 45));
+        assert!(!add(900.0, 1));
+        assert!(!add(1100.0, 45));
+        assert!(add(1100.0, 10));
+    }
+
+    #[test]
+    fn a_force_has_followed_if_its_error_is_below_a_quarter_of_the_command() {
+        let watch = ZeroForceWatch { mean_gain: 0.0, ..WATCH };
+        for (mean_error, mean_command, followed) in
+            [(499.0, 2e3, true), (501.0, 2e3, false), (200.0, 1001.0, true), (200.0, 999.0, false)]
+        {
+            let mut state = ZeroForce { mean_error, mean_command, ..ZeroForce::default() };
+            // The last reading that is not zero decides, and the command there is that before the change.
+            watch.contradicts(&mut state, [500.0, -101.0, 0.2], [1.0, PERIOD]);
+            assert_eq!(state.followed, followed, "{mean_error} {mean_command}");
+            assert_eq!((state.command_before, state.displacement_before), (500.0, 0.2));
+        }
+    }
+
+    #[test]
+    fn means_and_command_pass_their_low_passes_and_a_lost_command_is_left_out() {
+        let mut state = zero();
+        let before = state;
+        assert!(!WATCH.contradicts(&mut state, [f64::NAN, 0.0, 1.0], [0.5, PERIOD]));
+        assert_eq!(state, before);
+        let watch = ZeroForceWatch { mean_gain: 0.5, ..WATCH };
+        watch.contradicts(&mut state, [-4e3, 99.0, 0.0], [0.5, PERIOD]);
+        assert_eq!((state.command, state.mean_error, state.mean_command), (-2e3, 1299.0, 2e3));
+    }
+}
