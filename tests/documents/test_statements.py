@@ -32,6 +32,17 @@ def test_the_levels_of_stiff_specimens_are_those_of_the_linear_model():
             assert eft.stability_margin(rig) == pytest.approx(float(told), abs=0.0051)
 
 
+def test_the_errors_of_a_constant_leakage_are_those_of_the_virtual_rig():
+    text = " ".join(page("explanation/rig-effects.md").split())
+    leaking = RIG.replace({"servovalve.leakage.constant": 0.005 * RIG["servovalve.flow_table.flows"][-1]})
+    sweep = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0)
+    without, leaked = (100 * eft.simulate(rig, sweep).metrics(fft=False).nrmse for rig in (RIG, leaking))
+    assert f"NRMSE of the 8.9 kN sweep from {without:.1f} to {leaked:.1f} %." in text
+    held = eft.simulate(leaking, eft.Command.step(5000.0, 12.0, 4096.0))
+    missed = (held.command - held.force)[-4096:].mean()
+    assert f"misses a constant command of 5 kN by {missed:.0f} N." in text
+
+
 def test_the_page_on_studies_shows_every_column_as_it_is():
     text = page("how-to/studies.md")
     types = {"int": "int64", "flags": "uint32", "float": "double", "str": "string"}
