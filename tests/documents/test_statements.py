@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import eft
 
@@ -41,6 +42,21 @@ def test_the_errors_of_a_constant_leakage_are_those_of_the_virtual_rig():
     held = eft.simulate(leaking, eft.Command.step(5000.0, 12.0, 4096.0))
     missed = (held.command - held.force)[-4096:].mean()
     assert f"misses a constant command of 5 kN by {missed:.0f} N." in text
+
+
+def test_a_damping_with_friction_is_as_uncertain_as_told():
+    omega, rate = 2 * np.pi * 1.58, 512.0
+
+    def motion(_, state):
+        x, v = state
+        return v, -(omega**2) * (x + 0.005 * np.tanh(v / 1e-3)) - 2 * 0.02 * omega * v
+
+    times = np.arange(5120) / rate
+    moved = solve_ivp(motion, (0.0, 10.0), (1.0, 0.0), t_eval=times, rtol=1e-8, atol=1e-10, max_step=1 / rate)
+    found = eft.identification.identify_damping(moved.y[0], rate)
+    text = " ".join(page("how-to/identification.md").split())
+    assert f"a damping ratio of 2 % is found as {100 * found:.1f} %" in text
+    assert f"of the recording, here {100 * found.uncertainty:.1f} %." in text
 
 
 def test_the_page_on_studies_shows_every_column_as_it_is():

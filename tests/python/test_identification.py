@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import eft
 import eft.traces
@@ -32,6 +33,23 @@ def test_damping():
     )
     natural = np.sqrt(structure["stiffness"] / structure["mass"]) / (2 * np.pi)
     assert damping.frequency == pytest.approx(natural, rel=1e-4)
+
+
+@pytest.mark.parametrize("friction", [0.001, 0.005, 0.02])
+def test_a_damping_that_friction_raises_is_uncertain(friction):
+    """Friction, as a share of the first spring force, takes more of a small motion than of a large one."""
+    ratio, omega, rate = 0.02, 2 * np.pi * 1.58, 512.0
+
+    def motion(_, state):
+        x, v = state
+        return v, -(omega**2) * (x + friction * np.tanh(v / 1e-3)) - 2 * ratio * omega * v
+
+    times = np.arange(5120) / rate
+    found = solve_ivp(motion, (0.0, 10.0), (1.0, 0.0), t_eval=times, rtol=1e-8, atol=1e-10, max_step=1 / rate)
+    noise = 2e-3 * np.random.default_rng(4).standard_normal(times.size)
+    damping = eft.identification.identify_damping(found.y[0] + noise, rate)
+    assert ratio < damping < ratio + 2.0 * damping.uncertainty
+    assert damping.uncertainty < 0.06
 
 
 @pytest.mark.parametrize(

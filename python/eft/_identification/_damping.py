@@ -31,7 +31,9 @@ def identify_damping(displacement: ArrayLike, sample_rate: float) -> DampingEsti
     -------
     DampingEstimate
         The damping ratio, with ``frequency`` (Hz, undamped, an `Estimate`) and ``decrement`` (logarithmic).
-        The uncertainties are larger with few cycles, where the fit takes noise near it for vibration.
+        The uncertainties are larger with few cycles, where the fit takes noise near it for vibration. A
+        damping that changes from the beginning to the end of at least six cycles, as with friction, has the
+        change in its uncertainty.
 
     Raises
     ------

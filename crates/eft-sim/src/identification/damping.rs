@@ -18,6 +18,8 @@ const NEIGHBOURS: [f64; 2] = [3.0, 8.0];
 /// Number of cycles below which the deviation mostly stands for noise that the fit takes for vibration. Measured in
 /// noise of a band as wide as half the frequency, where the deviation without it is too small by 1.7 with three cycles.
 const HIDDEN: f64 = 4.5;
+/// Change of the damping, in deviations, that noise does not make.
+const SIGNIFICANT: f64 = 3.0;
 
 /// Damping and frequency from a free vibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,12 +35,29 @@ pub struct DampingEstimate {
 /// Damping and frequency of a free vibration sampled at a rate (Hz): `e^(−σt)·(a·cos ω_d t + b·sin ω_d t)`
 /// with offset and drift, by least squares over all finite samples. The signal must begin after the release. The
 /// uncertainties are those by noise with the spectrum that the residuals have about the frequency. With few cycles they
-/// are larger, because the fit takes more of the noise near the frequency for vibration.
+/// are larger, because the fit takes more of the noise near the frequency for vibration. A damping that changes from
+/// the beginning to the end, as with friction, has the change in its uncertainty.
 ///
 /// # Errors
 /// A signal that is too short, constant, clipped, not one decaying oscillation, or shorter than three cycles.
 pub fn identify_damping(displacement: &[f64], sample_rate: f64) -> Result<DampingEstimate> {
     checks::sample_rate("sample_rate", sample_rate)?;
+    let mut found = fitted(displacement, sample_rate)?;
+    let decayed = sample_rate / (TAU * found.frequency.value * found.ratio.value);
+    let (early, late) = displacement.split_at((displacement.len() / 2).min(decayed as usize));
+    // A part may be too short, or at rest.
+    if let (Ok(early), Ok(late)) = (fitted(early, sample_rate), fitted(late, sample_rate)) {
+        let (early, late) = (early.ratio, late.ratio);
+        let change = (late.value - early.value).abs();
+        if change > SIGNIFICANT * early.uncertainty.hypot(late.uncertainty) {
+            found.ratio.uncertainty = found.ratio.uncertainty.hypot(change);
+        }
+    }
+    Ok(found)
+}
+
+/// The least squares over a whole signal.
+fn fitted(displacement: &[f64], sample_rate: f64) -> Result<DampingEstimate> {
     let finite: Vec<usize> = (0..displacement.len()).filter(|i| displacement[*i].is_finite()).collect();
     let allowed = "must have at least 20";
     checks::require(finite.len() >= 20, "displacement", format!("{} samples", finite.len()), allowed)?;
