@@ -45,6 +45,21 @@ def measured() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return signals(RIG.replace(NOISY | gains))
 
 
+def test_drifting_sensors_show_the_same_ratios(
+    measured: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> None:
+    share = np.linspace(0.0, 1.0, measured[0].size)
+    drifts = (0.006 * share, 0.05 * share, 4000.0 * share)
+    moved = [signal + drift for signal, drift in zip(measured, drifts, strict=True)]
+    plain, found = (
+        eft.identification.identify_load_cell(RIG, *signals, RATE, gain_uncertainty=0.01)
+        for signals in (measured, moved)
+    )
+    ratio = plain.velocity_over_displacement
+    assert found.velocity_over_displacement == pytest.approx(ratio, abs=1e-4)
+    assert found.force_over_velocity == pytest.approx(plain.force_over_velocity, abs=1e-4)
+
+
 def test_late_and_noisy_sensors_show_the_ratios_of_their_gains(
     measured: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> None:

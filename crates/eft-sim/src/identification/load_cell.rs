@@ -1,10 +1,10 @@
 //! Gain of the load cell, from a test of the whole rig against the specimen's inertia.
 //!
-//! Well above its natural frequency a specimen of known mass moves by `V = (F + a + b/s)/Z` with `Z = m·s + c + k/s`, and the
-//! displacement is `X = (V + d)/s`. The real numbers `a`, `b` and `d` are the changes of momentum, spring force and
-//! displacement over a record that does not end as it began. Least squares give the ratios of the gains of force, velocity
-//! and displacement. With all three gains equally uncertain, the load cell's is the one that makes the three errors
-//! smallest.
+//! Well above its natural frequency a specimen of known mass moves by `V = (F + a + b/s)/Z` with `Z = m·s + c + k/s`,
+//! and the displacement is `X = (V + d + e/s)/s`. The real numbers `a`, `b` and `d` are the changes of momentum, spring
+//! force and displacement over a record that does not end as it began, and `e` the drift of the velocity's sensor.
+//! Least squares give the ratios of the gains of force, velocity and displacement. With all three gains equally
+//! uncertain, the load cell's is the one that makes the three errors smallest.
 
 use std::f64::consts::TAU;
 
@@ -95,8 +95,9 @@ pub fn identify_load_cell(
     let velocity_ratio = ratio("velocity", &velocity, width, (low, INERTIA_BAND.1), |k, s| {
         [force[k] * (mobility(s) + s * attachment), s, mobility(s), mobility(s) / s]
     })?;
-    let displacement_ratio =
-        ratio("displacement", &displacement, width, MOTION_BAND, |k, s| [velocity[k] / s, s, s.inv()])?;
+    let displacement_ratio = ratio("displacement", &displacement, width, MOTION_BAND, |k, s| {
+        [velocity[k] / s, s, s.inv(), (s * s).inv()]
+    })?;
     let inverse = |one: Estimate| Estimate::new(1.0 / one.value, one.uncertainty / (one.value * one.value));
     let (force_over_velocity, velocity_over_displacement) =
         (inverse(velocity_ratio), inverse(displacement_ratio));
