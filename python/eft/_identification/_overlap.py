@@ -84,8 +84,8 @@ def identify_overlap(
     -------
     OverlapEstimate
         The overlap, negative for an underlap, with its ``uncertainty``; ``null_bias`` and ``flow_gains``
-        (m³/s, on the negative and on the positive side) are estimates as well. The uncertainties are too small
-        with fewer than two periods of the strokes. A drift of the displacement counts as null bias.
+        (m³/s, on the negative and on the positive side) are estimates as well. The uncertainties are too
+        small with fewer than two periods of the strokes. A drift of the displacement counts as null bias.
 
     Raises
     ------
