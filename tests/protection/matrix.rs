@@ -164,6 +164,21 @@ fn pressures() -> [(&'static str, Value); 3] {
 }
 
 // SR-18
+/// In a play the true force is zero while its command goes on, as the reading of a load cell without its supply.
+#[test]
+fn a_play_of_the_attachment_is_no_fault_of_the_load_cell() {
+    for (realization, adaptive) in [("digital", false), ("digital", true), ("analog", true)] {
+        let rigs = [1e-4, 2e-4, 3e-4].map(|play: f64| {
+            let changes =
+                [("truth.actuator.attachment_play", play.into()), ("sensors.motion_at", "structure".into())];
+            rig(realization, adaptive, true, &changes)
+        });
+        for run in runs(&rigs, &sine()) {
+            assert_eq!(seen(&run, 0.0).cause, Cause::None, "{realization} {adaptive}");
+        }
+    }
+}
+
 #[test]
 fn a_measured_load_pressure_reveals_a_wrong_force_at_every_moment() {
     for (realization, adaptive) in [("digital", false), ("analog", true)] {

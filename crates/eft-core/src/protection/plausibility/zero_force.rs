@@ -2,7 +2,8 @@
 //!
 //! Near zero force such a reading agrees with its prediction, and the oil's flow is within the tolerance of the flow
 //! balance. A sound force passes zero about as fast as its command. It does not if the compensation is so wrong that the
-//! force does not follow its command, and if friction holds the piston.
+//! force does not follow its command, if friction holds the piston, and while the piston crosses a play of its attachment.
+//! A play delays each passage, so that the longest one before tells how long a sound reading may stay zero.
 
 use crate::integrity::integrity;
 use crate::number::Real;
@@ -10,6 +11,8 @@ use crate::protection::plausibility::sums::low_pass;
 
 /// Largest mean error of a force that follows its command, as a share of the mean command.
 const FOLLOWING: f64 = 0.25;
+/// Share of the longest passage before that is added to the time. Slower commands cross a play more slowly.
+const LONGEST: f64 = 2.0;
 
 /// The immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,15 +39,21 @@ pub(crate) struct ZeroForce<T> {
     /// Mean sizes (N) of force error and command.
     mean_error: T,
     mean_command: T,
-    /// Command (N) and displacement (m) when the reading became zero, and whether the force followed its command then.
+    /// Command (N) and displacement (m) when the reading became zero.
     command_before: T,
     displacement_before: T,
-    followed: bool,
-    /// Time (s) since the command has changed enough.
+    /// Time (s) since the command has changed enough, and the longest one after which the reading has left zero.
     time: T,
+    longest: T,
+    /// Whether the force followed its command when the reading became zero, whether its last reading beyond zero was
+    /// positive, and whether a force that followed has changed its sign.
+    followed: bool,
+    positive: bool,
+    passed: bool,
 }
 integrity!(
-    ZeroForce<T>: command, mean_error, mean_command, command_before, displacement_before, followed, time
+    ZeroForce<T>: command, mean_error, mean_command, command_before, displacement_before, time, longest, followed,
+    positive, passed
 );
 
 impl<T: Real> ZeroForceWatch<T> {
@@ -64,18 +73,20 @@ impl<T: Real> ZeroForceWatch<T> {
         let error = low_pass(&mut state.mean_error, self.mean_gain, (command - force).abs());
         let size = low_pass(&mut state.mean_command, self.mean_gain, command.abs());
         if !(force.abs() <= self.zero) {
+            let positive = force > T::splat(0.0);
+            state.passed |= state.followed & (positive != state.positive);
+            state.positive = positive;
+            state.longest = if state.time > state.longest { state.time } else { state.longest };
             (state.command_before, state.displacement_before, state.time) =
                 (command, displacement, T::splat(0.0));
             state.followed = error < T::splat(FOLLOWING) * size && size > self.change;
             return false;
         }
-        if !((command - state.command_before).abs() > self.change) {
-            state.time = T::splat(0.0);
-        } else if state.time < self.time {
-            state.time = state.time + period;
-        }
+        let changed = (command - state.command_before).abs() > self.change;
+        state.time = if changed { state.time + period } else { T::splat(0.0) };
         let moved = (displacement - state.displacement_before).abs() > self.path;
-        state.followed & moved & (state.time >= self.time)
+        let limit = self.time + T::splat(LONGEST) * state.longest;
+        state.followed & state.passed & moved & (state.time >= limit)
     }
 }
 
@@ -126,18 +137,48 @@ mod tests {
         assert_eq!(first(held, |_| 0.01), None);
     }
 
+    #[test]
+    fn a_play_that_every_passage_crosses_is_none_and_a_longer_zero_is_noticed() {
+        let moves = |time: f64| sine(0.05, time, 1.0);
+        for play in [0.8e3, 1.5e3] {
+            let crosses =
+                |time: f64| Some(sine(6e3, time, 0.0)).filter(|force| force.abs() > play).unwrap_or(0.0);
+            assert_eq!(first(crosses, moves), None, "{play}");
+            for begins in (0..40).map(|n| 2.0 + f64::from(n) / 60.0) {
+                let found = first(|time| if time < begins { crosses(time) } else { 0.0 }, moves).unwrap();
+                assert!(found > begins && found < begins + 0.3, "{play} {begins}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_noticed_before_a_force_that_followed_has_changed_its_sign() {
+        let moves = |time: f64| sine(0.05, time, 1.0);
+        let until = |end: f64| first(move |time| if time < end { sine(6e3, time, 0.1) } else { 0.0 }, moves);
+        assert_eq!(until(0.3), None);
+        assert!(until(0.4).is_some_and(|time| time < 0.5));
+    }
+
     /// A state in which the force followed its command, and then became zero at a command and a displacement of 0.
     fn zero() -> ZeroForce<f64> {
-        ZeroForce { mean_error: 499.0, mean_command: 2e3, followed: true, ..ZeroForce::default() }
+        ZeroForce {
+            mean_error: 499.0,
+            mean_command: 2e3,
+            followed: true,
+            passed: true,
+            ..ZeroForce::default()
+        }
     }
 
     #[test]
     fn change_path_and_time_must_all_be_large() {
-        let samples = |command: f64, displacement: f64| {
-            let mut state = zero();
+        let after = |longest: f64, command: f64, displacement: f64| {
+            let mut state = ZeroForce { longest, ..zero() };
             let watch = ZeroForceWatch { time: 9.5 * PERIOD, ..WATCH };
             (1..100).find(|_| watch.contradicts(&mut state, [command, 99.0, displacement], [1.0, PERIOD]))
         };
+        let samples = |command: f64, displacement: f64| after(0.0, command, displacement);
+        assert_eq!(after(2.0 * PERIOD, 1001.0, 3.1e-4), Some(14));
         assert_eq!(samples(1001.0, 3.1e-4), Some(10));
         assert_eq!(samples(-1001.0, -3.1e-4), Some(10));
         assert_eq!(samples(999.0, 3.1e-4), None);
