@@ -1,4 +1,4 @@
-"""A load cell that reads zero with its own noise, as one without its bridge's supply does.
+"""A load cell that reads about zero with its own noise, as one without its bridge's supply does.
 
 ``python docs/evidence/safety_zero.py`` lets it fail at many moments of a sine, with and without a measured
 load pressure. It writes ``data/safety_zero.csv``, from which `safety_tables` makes a table of the page. A
@@ -23,6 +23,8 @@ MOMENTS = 120
 NOISE = {"force": 78.0, "displacement": 6e-5, "velocity": 5e-4, "spool": 5e-4}
 PRESSURE_NOISE = 1e4
 """Standard deviation (Pa)."""
+OFFSET = 780.0
+"""Largest offset (N) of the reading, 0.5 % of the range."""
 AMPLITUDE, RISE, LASTS = 6000.0, 0.5, 0.4
 """Of the command (N, s), and the time (s) after the fault."""
 RIG = eft.Rig.zhao2005().replace(
@@ -42,6 +44,7 @@ def tested(case: tuple[float, bool, int]) -> dict[str, object]:
     begins = int(RATE * (2.0 + moment / MOMENTS) / frequency)
     random = np.random.default_rng([moment, int(10 * frequency)])
     noise = random.standard_normal((begins + int(LASTS * RATE), 5))
+    offset = random.uniform(-OFFSET, OFFSET)
     time = np.arange(len(noise)) / RATE
     command = AMPLITUDE * np.minimum(time / RISE, 1.0) * np.sin(2 * np.pi * frequency * time)
     before, largest, noticed = 0.0, 0.0, np.inf
@@ -51,7 +54,7 @@ def tested(case: tuple[float, bool, int]) -> dict[str, object]:
         voltage = controller.step(
             wanted,
             now.velocity + NOISE["velocity"] * v,
-            (0.0 if failed else now.force) + NOISE["force"] * f,
+            (offset if failed else now.force) + NOISE["force"] * f,
             now.spool + NOISE["spool"] * s,
             displacement=now.displacement + NOISE["displacement"] * x,
             load_pressure=pressure,
@@ -67,6 +70,7 @@ def tested(case: tuple[float, bool, int]) -> dict[str, object]:
         "frequency": frequency,
         "pressure": int(measured),
         "moment": moment,
+        "offset": offset,
         "before": before,
         "time": noticed,
         "force": largest / FORCE_TRIP,

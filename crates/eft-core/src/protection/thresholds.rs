@@ -68,6 +68,8 @@ const FORCE_GATE: f64 = 0.56;
 const ESTIMATED_GATE: f64 = 1.5;
 /// Corner (Hz) of the average of a signal's slope.
 const SLOPE_CORNER: f64 = 60.0;
+/// Share of the actuator's capacity by which a reading of zero may be off, as that of a tared load cell.
+const ZERO_OFFSET: f64 = 0.005;
 /// Deviations of the low-passed noise within which a force reads zero, and the change of its command over this force. A
 /// sound force passes zero with more than a tenth of its command's change.
 const ZERO_DEVIATIONS: f64 = 5.0;
@@ -249,10 +251,12 @@ macro_rules! constructor {
             #[inline(always)]
             const fn by(s: &Scales<'_>) -> Self {
                 let low = s.share(RESIDUAL_CORNER);
-                let zero = ZERO_DEVIATIONS * s.noise.force_noise * root(1e4 * low / (2.0 - low)) / 100.0;
+                let noise = ZERO_DEVIATIONS * s.noise.force_noise * root(1e4 * low / (2.0 - low)) / 100.0;
                 Self {
-                    zero: zero as $t,
-                    change: (COMMAND_CHANGE * zero) as $t,
+                    offset: (ZERO_OFFSET * s.capacity + noise) as $t,
+                    // A reading without noise stays the same; this is what the repetitions notice.
+                    noise: (if s.noise.force_noise > 0.0 { noise } else { -1.0 }) as $t,
+                    change: (COMMAND_CHANGE * noise) as $t,
                     path: (ZERO_PATH * s.noise.displacement_noise) as $t,
                     time: ZERO_TIME as $t,
                     mean_gain: s.share(MEAN_CORNER) as $t,

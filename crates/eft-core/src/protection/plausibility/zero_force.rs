@@ -1,4 +1,5 @@
-//! Notices a force that reads zero while its command moves, as that of a load cell without its bridge's supply.
+//! Notices a force that reads zero while its command moves, as that of a load cell without its bridge's supply. Its
+//! reading may have an offset.
 //!
 //! Near zero force such a reading agrees with its prediction, and the oil's flow is within the tolerance of the flow
 //! balance. A sound force passes zero about as fast as its command. It does not if the compensation is so wrong that the
@@ -17,8 +18,9 @@ const LONGEST: f64 = 2.0;
 /// The immutable configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ZeroForceWatch<T> {
-    /// Largest reading (N) that may be zero, after the low-pass.
-    pub(in crate::protection) zero: T,
+    /// Largest offset (N) of a reading that may be zero, and its largest change (N) by noise, after the low-pass.
+    pub(in crate::protection) offset: T,
+    pub(in crate::protection) noise: T,
     /// Change of the command (N) and path of the piston (m) since the reading became zero.
     pub(in crate::protection) change: T,
     pub(in crate::protection) path: T,
@@ -27,7 +29,7 @@ pub(crate) struct ZeroForceWatch<T> {
     /// Coefficient (1) of the mean error and the mean command.
     pub(in crate::protection) mean_gain: T,
 }
-integrity!(ZeroForceWatch<T>: zero, change, path, time, mean_gain);
+integrity!(ZeroForceWatch<T>: offset, noise, change, path, time, mean_gain);
 
 /// The state. `default()` is that before the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -39,7 +41,8 @@ pub(crate) struct ZeroForce<T> {
     /// Mean sizes (N) of force error and command.
     mean_error: T,
     mean_command: T,
-    /// Command (N) and displacement (m) when the reading became zero.
+    /// Force (N), command (N) and displacement (m) when the reading became zero.
+    force_before: T,
     command_before: T,
     displacement_before: T,
     /// Time (s) since the command has changed enough, and the longest one after which the reading has left zero.
@@ -52,7 +55,7 @@ pub(crate) struct ZeroForce<T> {
     passed: bool,
 }
 integrity!(
-    ZeroForce<T>: command, mean_error, mean_command, command_before, displacement_before, time, longest, followed,
+    ZeroForce<T>: command, mean_error, mean_command, force_before, command_before, displacement_before, time, longest, followed,
     positive, passed
 );
 
@@ -66,19 +69,23 @@ impl<T: Real> ZeroForceWatch<T> {
         [command, force, displacement]: [T; 3],
         [low_gain, period]: [T; 2],
     ) -> bool {
-        if !command.is_finite() {
+        if !(command - force).is_finite() {
             return false;
         }
         let command = low_pass(&mut state.command, low_gain, command);
         let error = low_pass(&mut state.mean_error, self.mean_gain, (command - force).abs());
         let size = low_pass(&mut state.mean_command, self.mean_gain, command.abs());
-        if !(force.abs() <= self.zero) {
+        let near_zero = force.abs() <= self.offset;
+        if !near_zero {
             let positive = force > T::splat(0.0);
             state.passed |= state.followed & (positive != state.positive);
             state.positive = positive;
+        }
+        if !(near_zero & ((force - state.force_before).abs() <= self.noise)) {
             state.longest = if state.time > state.longest { state.time } else { state.longest };
-            (state.command_before, state.displacement_before, state.time) =
-                (command, displacement, T::splat(0.0));
+            (state.force_before, state.command_before, state.displacement_before) =
+                (force, command, displacement);
+            state.time = T::splat(0.0);
             state.followed = error < T::splat(FOLLOWING) * size && size > self.change;
             return false;
         }
@@ -97,7 +104,7 @@ mod tests {
 
     const PERIOD: f64 = 1.0 / 4096.0;
     const WATCH: ZeroForceWatch<f64> =
-        ZeroForceWatch { zero: 100.0, change: 1e3, path: 3e-4, time: 0.012, mean_gain: 1e-3 };
+        ZeroForceWatch { offset: 800.0, noise: 100.0, change: 1e3, path: 3e-4, time: 0.012, mean_gain: 1e-3 };
 
     /// A sine of 1.5 Hz with an amplitude, `late` (rad).
     fn sine(amplitude: f64, time: f64, late: f64) -> f64 {
@@ -116,11 +123,16 @@ mod tests {
     #[test]
     fn a_reading_that_stays_zero_is_noticed_wherever_it_begins() {
         let moves = |time: f64| sine(0.05, time, 1.0);
-        for begins in (0..40).map(|n| 2.0 + f64::from(n) / 60.0) {
-            let force = |time: f64| if time < begins { sine(6e3, time, 0.1) } else { 50.0 };
-            let found = first(force, moves).unwrap();
+        for (begins, reading) in
+            (0..40).map(|n| 2.0 + f64::from(n) / 60.0).zip([50.0, -790.0, 400.0].into_iter().cycle())
+        {
+            let dead = |reading: f64| {
+                first(|time| if time < begins { sine(6e3, time, 0.1) } else { reading }, moves)
+            };
+            let found = dead(reading).unwrap();
             // Near its largest value the command takes longer to change.
             assert!(found > begins && found < begins + 0.16, "{begins}: {found}");
+            assert_eq!(dead(810.0), None);
         }
     }
 
@@ -200,14 +212,19 @@ mod tests {
     #[test]
     fn a_force_has_followed_if_its_error_is_below_a_quarter_of_the_command() {
         let watch = ZeroForceWatch { mean_gain: 0.0, ..WATCH };
-        for (mean_error, mean_command, followed) in
-            [(499.0, 2e3, true), (501.0, 2e3, false), (200.0, 1001.0, true), (200.0, 999.0, false)]
-        {
-            let mut state = ZeroForce { mean_error, mean_command, ..ZeroForce::default() };
-            // The last reading that is not zero decides, and the command there is that before the change.
-            watch.contradicts(&mut state, [500.0, -101.0, 0.2], [1.0, PERIOD]);
-            assert_eq!(state.followed, followed, "{mean_error} {mean_command}");
-            assert_eq!((state.command_before, state.displacement_before), (500.0, 0.2));
+        for reading in [-101.0, -801.0] {
+            for (mean_error, mean_command, followed) in
+                [(499.0, 2e3, true), (501.0, 2e3, false), (200.0, 1001.0, true), (200.0, 999.0, false)]
+            {
+                let mut state = ZeroForce { mean_error, mean_command, ..ZeroForce::default() };
+                // The last reading that changed decides, and the command there is that before the change.
+                watch.contradicts(&mut state, [500.0, reading, 0.2], [1.0, PERIOD]);
+                assert_eq!(state.followed, followed, "{mean_error} {mean_command}");
+                assert_eq!(
+                    (state.force_before, state.command_before, state.displacement_before),
+                    (reading, 500.0, 0.2)
+                );
+            }
         }
     }
 
@@ -215,8 +232,10 @@ mod tests {
     fn means_and_command_pass_their_low_passes_and_a_lost_command_is_left_out() {
         let mut state = zero();
         let before = state;
-        assert!(!WATCH.contradicts(&mut state, [f64::NAN, 0.0, 1.0], [0.5, PERIOD]));
-        assert_eq!(state, before);
+        for (command, force) in [(f64::NAN, 0.0), (f64::INFINITY, 0.0), (f64::MAX, -f64::MAX)] {
+            assert!(!WATCH.contradicts(&mut state, [command, force, 1.0], [0.5, PERIOD]));
+            assert_eq!(state, before);
+        }
         let watch = ZeroForceWatch { mean_gain: 0.5, ..WATCH };
         watch.contradicts(&mut state, [-4e3, 99.0, 0.0], [0.5, PERIOD]);
         assert_eq!((state.command, state.mean_error, state.mean_command), (-2e3, 1299.0, 2e3));
