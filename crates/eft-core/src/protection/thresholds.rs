@@ -76,7 +76,8 @@ const ZERO_DEVIATIONS: f64 = 5.0;
 const COMMAND_CHANGE: f64 = 10.0;
 /// Path of the piston over the deviation of the displacement's noise.
 const ZERO_PATH: f64 = 5.0;
-/// Time (s) of a larger change. Sound tests of rigs with a wrong fixed calibration had up to half of it.
+/// Time (s) of a larger change. In sound tests of rigs with a wrong fixed calibration a reading within the noise of
+/// zero had up to half of it.
 const ZERO_TIME: f64 = 0.012;
 /// Corner (Hz) of the mean sizes of force error and command.
 const MEAN_CORNER: f64 = 0.64;

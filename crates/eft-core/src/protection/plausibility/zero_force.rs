@@ -142,7 +142,7 @@ mod tests {
         for (amplitude, late) in [(6e3, 0.0), (6e3, 0.4), (4e3, -0.4), (9e3, 0.2)] {
             assert_eq!(first(|time| sine(amplitude, time, late), moves), None, "{amplitude} {late}");
         }
-        // Without a compensation a resonance leaves little of the force; before the test there is none.
+        // Without a compensation little of the force remains at a resonance.
         assert_eq!(first(|time| sine(90.0, time, 0.0), moves), None);
         // Friction holds the piston.
         let held = |time: f64| if time < 2.0 { sine(6e3, time, 0.1) } else { 0.0 };
