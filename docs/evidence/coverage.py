@@ -73,9 +73,13 @@ def draw(index: int, size: str) -> tuple[eft.Rig, dict[str, float]]:
         "amplitude": float(random.choice([0.014, 0.057])) * capacity(rig),
         "asymmetry": random.uniform(-0.04, 0.04),
         "bend": random.uniform(-0.04, 0.04),
+        "valve_gain": random.uniform(0.98, 1.02),
     }
+    sensitivity = rig["servovalve.spool_sensitivity"] / truth["valve_gain"]
+    pilot = rig["servovalve.pilot_flow_gain"] * truth["valve_gain"] * valve / truth["valve_delay"]
     changes: dict[str, object] = {
-        "servovalve.pilot_flow_gain": rig["servovalve.pilot_flow_gain"] * valve / truth["valve_delay"],
+        "servovalve.spool_sensitivity": sensitivity,
+        "servovalve.pilot_flow_gain": pilot,
         "sensors.seed": index,
         "sensors.velocity.delay": round(truth["velocity_delay"] * RATE),
     }
@@ -154,7 +158,9 @@ def null(size: str, index: int) -> Iterator[Row]:
     changes = {"servovalve.flow_table": {"openings": openings, "flows": flows}, "servovalve.null_bias": bias}
     run = test(rig.replace(CURVE | true(changes)), 0.057 * capacity(rig))
     assert run.calibration is not None
-    yield size, "null_offset", index, bias, run.calibration["null_offset"], stated(run, "null_offset")
+    # The estimate is the commanded opening.
+    offset = bias / truth["valve_gain"]
+    yield size, "null_offset", index, offset, run.calibration["null_offset"], stated(run, "null_offset")
 
 
 def nodes(size: str, index: int) -> Iterator[Row]:

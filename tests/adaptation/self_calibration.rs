@@ -1,7 +1,7 @@
 //! Self-calibration on rigs that differ from the configuration: a few points of each row of the table in `docs/`, whose
 //! study runs the whole grid.
 
-use eft::sim::excitation::effective_force;
+use eft::sim::excitation::{effective_force, sine_sweep};
 use eft::sim::metrics::nrmse;
 use eft::sim::records::read_record;
 use eft::sim::{SimulateOptions, ideal_response, simulate};
@@ -293,4 +293,37 @@ fn a_configured_latency_does_not_change_the_valve_delay() {
     let (sound, late) = (run(&adaptive(&[]), &sweep(2200.0)), run(&adaptive(&told), &sweep(2200.0)));
     let end = |run: &eft::sim::TestRun| run.response_delay_estimate().last().unwrap();
     assert!((end(&sound) - end(&late)).abs() < 1e-4, "{} {}", end(&sound), end(&late));
+}
+
+// The configured values are all that is known then, and they may be anywhere within their bounds.
+#[test]
+fn in_silence_the_deviations_stay_large() {
+    let silence = sine_sweep(1e-3, 0.5, 4.0, 10.0, RATE).unwrap();
+    for gain in [0.9, 1.05] {
+        let changes = [noise(3), vec![flow_gain(gain), set("controller.force_loop", "robust")]].concat();
+        for (command, known) in [(&silence, false), (&sweep(2200.0), true)] {
+            let run = run(&adaptive(&changes), command);
+            let (found, deviation) =
+                (run.flow_gain_estimate().last().unwrap(), run.flow_gain_deviation().last().unwrap());
+            let what = format!("flow gain {gain}, learned: {known}");
+            assert!((found - gain).abs() < 2.0 * deviation.max(1e-3), "{what}: {found} ± {deviation}");
+            assert_eq!(deviation < 0.01, known, "{what}: {deviation}");
+        }
+    }
+}
+
+// The spool is ahead of the command by the samples of the loop, times its gain.
+#[test]
+fn a_wrong_valve_gain_does_not_move_the_delay() {
+    let found = |gain: f64| {
+        let valve = [set("servovalve.spool_sensitivity", 3579.13 / gain), valve_delay(5e-3 / gain)];
+        let run = run(&adaptive(&valve), &sweep(8900.0));
+        (run.valve_gain_estimate().last().unwrap(), run.response_delay_estimate().last().unwrap())
+    };
+    let (right, delay) = found(1.0);
+    for gain in [0.85, 1.15] {
+        let (other, late) = found(gain);
+        assert!((other / right / gain - 1.0).abs() < 0.005, "{other} {right}");
+        assert!((late - delay).abs() < 1e-5, "{gain}: {late} {delay}");
+    }
 }

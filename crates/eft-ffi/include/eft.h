@@ -391,7 +391,7 @@ EFT_NODISCARD uint8_t eft_is_down_f32(const eft_state_f32 *state, uint8_t *down)
 #define EFT_CURVE_NODES 17         // nodes of the flow curve's correction
 
 // A learner's configuration. One serves any number of channels of the same parameters.
-typedef struct eft_learner_f32 { uint64_t marker; float value[172]; } eft_learner_f32;
+typedef struct eft_learner_f32 { uint64_t marker; float value[176]; } eft_learner_f32;
 // The state of a learner. Each channel has one.
 typedef struct eft_learner_state_f32 { uint64_t marker; float value[314]; } eft_learner_state_f32;
 
@@ -551,7 +551,7 @@ typedef struct eft_channels_f64 { eft_channel_f64 copies[2]; uint32_t offered; u
 typedef struct eft_windows_f64 { eft_window_f64 copies[2]; uint32_t offered; uint32_t taken; } eft_windows_f64;
 typedef struct eft_calibrations_f64 { eft_calibration_f64 copies[2]; uint32_t offered; uint32_t taken;
     } eft_calibrations_f64;
-typedef struct eft_learner_f64 { uint64_t marker; double value[172]; } eft_learner_f64;
+typedef struct eft_learner_f64 { uint64_t marker; double value[176]; } eft_learner_f64;
 typedef struct eft_learner_state_f64 { uint64_t marker; double value[314]; } eft_learner_state_f64;
 typedef struct eft_learned_f64 { double flow_gain; double valve_gain; double response_delay; double velocity_delay;
     double null_offset; double flow_gain_deviation; double valve_gain_deviation; double response_delay_deviation;
@@ -616,7 +616,7 @@ EFT_SIZES(eft_input, 48, 96);
 EFT_SIZES(eft_output, 96, 168);
 EFT_SIZES(eft_window, 64, 120);
 EFT_SIZES(eft_calibration, 224, 440);
-EFT_SIZES(eft_learner, 696, 1384);
+EFT_SIZES(eft_learner, 712, 1416);
 EFT_SIZES(eft_learner_state, 1264, 2520);
 EFT_SIZES(eft_learned, 56, 104);
 

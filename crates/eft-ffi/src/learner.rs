@@ -10,7 +10,7 @@ use crate::parameters::{EFT_TABLE_CAPACITY, check, configure, eft_error, eft_par
 
 opaque! {
     /// A learner's configuration. One serves any number of channels of the same parameters.
-    eft_learner[172], 0x96, Learner<T, EFT_TABLE_CAPACITY>;
+    eft_learner[176], 0x96, Learner<T, EFT_TABLE_CAPACITY>;
     /// The state of a learner. Each channel has one.
     eft_learner_state[314], 0x69, LearnerState<T>;
 }

@@ -85,6 +85,12 @@ const fn decaying(alpha: f64, delay: f64, sample: f64) -> Result<f64, ConfigErro
     within("lead_alpha", alpha, 0.0, most / (2.0 + most))
 }
 
+/// Mean square distance of a rectangular distribution over the bounds from a value.
+const fn mean_square_distance([least, most]: [f64; 2], value: f64) -> f64 {
+    let (below, above) = (least - value, most - value);
+    (below * below + below * above + above * above) / 3.0
+}
+
 macro_rules! constructor {
     ($t:ty) => {
         impl Priors<$t> {
@@ -100,6 +106,11 @@ macro_rules! constructor {
                     per_period: (1.0 / period) as $t,
                     nominal_delay: nominal_delay as $t,
                     weights: [weights[0] as $t, (weights[1] * period * period) as $t],
+                    spread: [
+                        mean_square_distance([least_gain, most_gain], 1.0) as $t,
+                        (mean_square_distance([least_delay, most_delay], nominal_delay) / (period * period))
+                            as $t,
+                    ],
                     gain: Range { bounds: [least_gain as $t, most_gain as $t], change: gain_change as $t },
                     delay: Range {
                         bounds: [least_delay as $t, most_delay as $t],

@@ -1,4 +1,8 @@
-//! Standard deviations of the estimates: the scatter by noise, and the size of the models' systematic errors.
+//! Standard deviations of the estimates: the scatter by noise, what the priors leave open, and the size of the models'
+//! systematic errors.
+//!
+//! A prior counts for its weight over that of all evidence. As the truth may lie anywhere in the range of the estimate, this
+//! share times the standard deviation of a rectangular distribution over the range is that of the error by the prior.
 //!
 //! The scatter follows from the least squares: their information, and the mean square of the residuals. Signals and noise have
 //! the same filter, so the noise that counts is that at the motion's frequency `ω`, and not that of the whole band.
@@ -96,29 +100,17 @@ impl<T: Real> Deviation<T> {
         let attenuation = attenuation(square);
         let per_time = self.correlation * evidence.newer_openings
             / (evidence.time * openings * (attenuation * attenuation));
-        let [flow_gain, velocity_delay] = flow.variances(&evidence.flow, squares);
-        let [valve_gain, response_delay] = valve.variances(&evidence.valve, squares);
-        let deviation = |errors: T, scatter: T, systematic: T, distance: T| {
-            (per_time * errors * scatter + systematic + distance * distance).sqrt()
-        };
-        let (flow, spool) = (evidence.flow_errors, evidence.spool_errors);
-        let valve_gain = deviation(spool, valve_gain, zero, valve_estimate.gain.away);
+        let [flow_gain, velocity_delay] =
+            flow.variances(&evidence.flow, squares, per_time * evidence.flow_errors);
+        let [valve_gain, response_delay] =
+            valve.variances(&evidence.valve, squares, per_time * evidence.spool_errors);
+        let deviation = |variance: T, distance: T| (variance + distance * distance).sqrt();
         let flow_distance = flow_estimate.gain.away - share * flow_estimate.gain.value;
         Deviations {
-            flow_gain: deviation(flow, flow_gain, systematic.flow_gain, flow_distance),
-            valve_gain,
-            response_delay: deviation(
-                spool,
-                response_delay,
-                systematic.response_delay,
-                valve_estimate.delay.away,
-            ),
-            velocity_delay: deviation(
-                flow,
-                velocity_delay,
-                systematic.velocity_delay,
-                flow_estimate.delay.away,
-            ),
+            flow_gain: deviation(flow_gain + systematic.flow_gain, flow_distance),
+            valve_gain: deviation(valve_gain, valve_estimate.gain.away),
+            response_delay: deviation(response_delay + systematic.response_delay, valve_estimate.delay.away),
+            velocity_delay: deviation(velocity_delay + systematic.velocity_delay, flow_estimate.delay.away),
             null_offset: T::splat(f64::INFINITY),
         }
     }

@@ -93,6 +93,7 @@ mod tests {
         per_period: 256.0,
         nominal_delay: 1e-3,
         weights: [1e-12; 2],
+        spread: [0.0; 2],
         gain: Range { bounds: [0.7, 1.35], change: 1e-3 },
         delay: Range { bounds: [-5e-3, 1e-2], change: 1e-4 },
     };

@@ -101,12 +101,15 @@ pub(crate) struct Priors<T> {
     pub(crate) nominal_delay: T,
     /// Weights of the priors: a gain of 1, and the configured delay (per square of the period).
     pub(crate) weights: [T; 2],
+    /// Their variances, by rectangular distributions over the ranges: of the gain (1), and of the delay (per square of the
+    /// period).
+    pub(crate) spread: [T; 2],
     /// Range of the gain (1).
     pub(crate) gain: Range<T>,
     /// Range of the delay (s).
     pub(crate) delay: Range<T>,
 }
-integrity!(Priors<T>: period, per_period, nominal_delay, weights, gain, delay);
+integrity!(Priors<T>: period, per_period, nominal_delay, weights, spread, gain, delay);
 
 /// The estimate of a gain (1) and a delay (s).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,13 +136,19 @@ impl<T: Real> Priors<T> {
         state.delay.approach(&self.delay, self.nominal_delay + self.period * further);
     }
 
-    /// Variances of gain (1) and delay (s²), per variance of the errors and per correlation time of an error. `squares`
-    /// are those of the instruments. The variances are 0 if nothing is known.
-    pub(crate) fn variances(&self, sums: &LeastSquares<T>, squares: &[[T; 2]; 2]) -> [T; 2] {
+    /// Variances of gain (1) and delay (s²): by errors with this variance times their correlation time, and by the share of
+    /// the priors in the result. `squares` are those of the instruments.
+    pub(crate) fn variances(&self, sums: &LeastSquares<T>, squares: &[[T; 2]; 2], errors: T) -> [T; 2] {
         let [[zz, zw], [_, ww]] = *squares;
-        let Some(rows) = sums.inverse(self.weights) else { return [T::splat(0.0); 2] };
-        // Rounding may change the sign of a small sum.
-        let [gain, delay] = rows.map(|[a, b]| (a * a * zz + T::splat(2.0) * a * b * zw + b * b * ww).abs());
+        let ([first, second], [on_gain, on_delay]) = (self.weights, self.spread);
+        let [gain, delay] = sums.inverse(self.weights).map_or(self.spread, |rows| {
+            rows.map(|[a, b]| {
+                // Rounding may change the sign of a small sum.
+                let scatter = (a * a * zz + T::splat(2.0) * a * b * zw + b * b * ww).abs();
+                let (a, b) = (a * first, b * second);
+                errors * scatter + (a * a * on_gain + b * b * on_delay)
+            })
+        });
         [gain, delay * (self.period * self.period)]
     }
 }

@@ -79,7 +79,8 @@ impl<T: Real> ValveEstimator<T> {
         spool: T,
         weight: Weight<T>,
     ) {
-        let known_delay = (state.found.delay.value - self.priors.nominal_delay + self.sampling_delay)
+        let known_delay = (state.found.delay.value - self.priors.nominal_delay
+            + state.found.gain.value * self.sampling_delay)
             * self.priors.per_period;
         let regressors = [commanded, decrease];
         sums.add(regressors, regressors, spool - commanded + known_delay * decrease, weight);
@@ -87,7 +88,7 @@ impl<T: Real> ValveEstimator<T> {
 
     /// The part of the measured spool (1) that the estimate leaves unexplained.
     pub(crate) fn residual(&self, state: &ValveState<T>, [commanded, decrease]: [T; 2], spool: T) -> T {
-        spool - state.found.gain.value * commanded + self.sampling_delay * self.priors.per_period * decrease
+        spool - state.found.gain.value * (commanded - self.sampling_delay * self.priors.per_period * decrease)
     }
 
     /// The lead network for the valve and a velocity that is late (s), at a compensation level (1) on top of the
@@ -157,6 +158,7 @@ mod tests {
             per_period: 256.0,
             nominal_delay: 5e-3,
             weights: [1e-9; 2],
+            spread: [0.0; 2],
             gain: Range { bounds: [0.8, 1.25], change: 1e-3 },
             delay: Range { bounds: [1e-3, 2e-2], change: 1e-4 },
         },
@@ -171,7 +173,7 @@ mod tests {
             let (commanded, change) = (at(f64::from(n) - 0.5), at(f64::from(n)) - at(f64::from(n) - 1.0));
             // The commanded opening comes from the inverse of the network in use, one sample before the command.
             let late = delay - ESTIMATOR.sampling_delay - state.found.delay.value;
-            let spool = gain * commanded - late * ESTIMATOR.priors.per_period * change;
+            let spool = gain * (commanded - late * ESTIMATOR.priors.per_period * change);
             ESTIMATOR.add(&state, &mut sums, [commanded, -change], spool, weight);
             ESTIMATOR.priors.solve(&mut state.found, &sums);
         }
@@ -180,12 +182,14 @@ mod tests {
 
     #[test]
     fn gain_and_delay_are_found_and_bounded() {
-        let state = found(1.04, 6.5e-3);
-        assert!(
-            (state.gain.value - 1.04).abs() < 1e-4 && (state.delay.value - 6.5e-3).abs() < 1e-5,
-            "{state:?}"
-        );
-        assert!(state.gain.beyond + state.delay.beyond < 1e-12);
+        for gain in [0.82, 1.04, 1.2] {
+            let state = found(gain, 6.5e-3);
+            assert!(
+                (state.gain.value - gain).abs() < 1e-6 && (state.delay.value - 6.5e-3).abs() < 1e-6,
+                "{state:?}"
+            );
+            assert!(state.gain.beyond + state.delay.beyond < 1e-12);
+        }
         let state = found(1.5, 5e-3);
         assert!((state.gain.value - 1.25).abs() < 1e-12 && state.gain.beyond > 0.2, "{state:?}");
     }

@@ -131,28 +131,37 @@ fn a_known_offset_is_no_error_and_moves_no_node() {
 }
 
 #[test]
-fn without_evidence_the_variances_are_zero() {
+fn without_evidence_the_variances_are_those_of_the_priors() {
     let mut priors = learner().valve.priors;
+    priors.spread = [0.02, 0.3];
     let squares = [[4.0, 0.0], [0.0, 9.0]];
     let sums = LeastSquares { matrix: [[0.5, 0.0], [0.0, 0.25]], ..LeastSquares::default() };
     priors.weights = [0.5, 0.75];
-    let [gain, delay] = priors.variances(&sums, &squares);
-    assert!((gain - 4.0).abs() < 1e-12 && (delay - 9.0 * priors.period * priors.period).abs() < 1e-12);
-    priors.weights = [0.0; 2];
-    assert_eq!(priors.variances(&LeastSquares::default(), &squares).map(f64::to_bits), [0; 2]);
+    // The priors have a half and three quarters of the weight.
+    let [gain, delay] = priors.variances(&sums, &squares, 0.1);
+    let square = priors.period * priors.period;
+    assert!((gain - (0.4 + 0.25 * 0.02)).abs() < 1e-12, "{gain}");
+    assert!((delay / square - (0.9 + 0.5625 * 0.3)).abs() < 1e-12, "{delay}");
+    for weights in [[0.0; 2], [1e-7, 1e-6]] {
+        priors.weights = weights;
+        let [gain, delay] = priors.variances(&LeastSquares::default(), &[[0.0; 2]; 2], 0.1);
+        assert!((gain - 0.02).abs() < 1e-12 && (delay / square - 0.3).abs() < 1e-12, "{gain} {delay}");
+    }
 }
 
 #[test]
 fn correlated_regressors_share_their_noise() {
     let mut priors = learner().valve.priors;
-    priors.weights = [0.5, 0.75];
+    (priors.weights, priors.spread) = ([0.5, 0.75], [0.02, 0.3]);
     // With the priors the matrix is [[4, 1], [2, 3]], and its inverse [[0.3, -0.1], [-0.2, 0.4]].
     let sums = LeastSquares { matrix: [[3.5, 1.0], [2.0, 2.25]], ..LeastSquares::default() };
     // The covariance of the instruments' noise, between this inverse and its transpose: 0.36 - 0.12 + 0.09 and
-    // 0.16 - 0.32 + 1.44 on the diagonal.
-    let [gain, delay] = priors.variances(&sums, &[[4.0, 2.0], [2.0, 9.0]]);
-    assert!((gain - 0.33).abs() < 1e-12, "{gain}");
-    assert!((delay / (priors.period * priors.period) - 1.28).abs() < 1e-12, "{delay}");
+    // 0.16 - 0.32 + 1.44 on the diagonal. The errors of the priors count by the inverse times their weights.
+    let [gain, delay] = priors.variances(&sums, &[[4.0, 2.0], [2.0, 9.0]], 0.1);
+    let prior = 0.15 * 0.15 * 0.02 + 0.075 * 0.075 * 0.3;
+    assert!((gain - (0.033 + prior)).abs() < 1e-12, "{gain}");
+    let prior = 0.1 * 0.1 * 0.02 + 0.3 * 0.3 * 0.3;
+    assert!((delay / (priors.period * priors.period) - (0.128 + prior)).abs() < 1e-12, "{delay}");
 }
 
 /// Root mean square of a network's output for a sine (rad/s) of an opening.

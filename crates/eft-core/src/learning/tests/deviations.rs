@@ -14,6 +14,7 @@ const PRIORS: Priors<f64> = Priors {
     per_period: 250.0,
     nominal_delay: 0.005,
     weights: [0.2, 0.3],
+    spread: [0.005, 0.07],
     gain: RANGE,
     delay: RANGE,
 };
@@ -118,21 +119,28 @@ fn a_variance_has_a_part_of_the_noise_of_the_models_and_of_the_distance() {
     let changes = 0.004 * 0.004;
     let share_of_oil = 3000.0 * 7e-7 / 0.4;
     let systematic = DEVIATION.systematic(share_of_oil, SQUARE, &flow(), &valve(), PRIORS.period);
+    // The share of the priors in the information.
+    let prior = |information: f64, weight: f64, spread: f64| spread * (weight / information).powi(2);
+    let (of_gain, of_delay) = (|sum: f64| prior(sum, 0.2, 0.005), |sum: f64| changes * prior(sum, 0.3, 0.07));
     let root = |noise: f64, systematic: f64, away: f64| (noise + systematic + away * away).sqrt();
     // The estimate is this far from the last result, and the last result this far from that of the table itself.
     let away = 0.02 - SHARE * 1.1;
-    near("flow gain", found.flow_gain, root(of_flow * scatter(0.8, 0.4), systematic.flow_gain, away));
+    near(
+        "flow gain",
+        found.flow_gain,
+        root(of_flow * scatter(0.8, 0.4) + of_gain(0.8), systematic.flow_gain, away),
+    );
     near(
         "velocity delay",
         found.velocity_delay,
-        root(of_flow * scatter(0.8, 0.7) * changes, systematic.velocity_delay, 4e-4),
+        root(of_flow * scatter(0.8, 0.7) * changes + of_delay(0.8), systematic.velocity_delay, 4e-4),
     );
-    let valve_gain = root(of_spool * scatter(0.6, 0.4), 0.0, 0.01);
+    let valve_gain = root(of_spool * scatter(0.6, 0.4) + of_gain(0.6), 0.0, 0.01);
     near("valve gain", found.valve_gain, valve_gain);
     near(
         "response delay",
         found.response_delay,
-        root(of_spool * scatter(1.0, 0.7) * changes, systematic.response_delay, 3e-4),
+        root(of_spool * scatter(1.0, 0.7) * changes + of_delay(1.0), systematic.response_delay, 3e-4),
     );
     // The mean of the spool's readings, and the gain that the null offset follows late. The gain increases with the frequency.
     let change = gain_change(valve_gain, 0.02, &valve());

@@ -12,6 +12,7 @@ const ESTIMATOR: FlowEstimator<f64> = FlowEstimator {
         per_period: 1.0 / PERIOD,
         nominal_delay: 3e-3,
         weights: [1e-9; 2],
+        spread: [0.0; 2],
         gain: RANGE,
         delay: RANGE,
     },

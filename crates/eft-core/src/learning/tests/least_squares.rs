@@ -9,6 +9,7 @@ const PRIORS: Priors<f64> = Priors {
     per_period: 1.0 / PERIOD,
     nominal_delay: 0.005,
     weights: [0.2, 0.3],
+    spread: [0.005, 0.07],
     gain: Range { bounds: [0.5, 1.5], change: 10.0 },
     delay: Range { bounds: [0.001, 0.009], change: 10.0 },
 };
@@ -82,8 +83,9 @@ fn sums_that_contradict_themselves_change_nothing() {
         let before = state;
         priors.solve(&mut state, &LeastSquares { matrix, right: [0.1, 0.2] });
         assert_eq!(state, before);
-        let variances = priors.variances(&LeastSquares { matrix, right: [0.1, 0.2] }, &matrix);
-        assert_eq!(variances.map(f64::to_bits), [0; 2]);
+        let [gain, delay] = priors.variances(&LeastSquares { matrix, right: [0.1, 0.2] }, &matrix, 0.1);
+        near("the prior's gain", gain, 0.005);
+        near("the prior's delay", delay, 0.07 * PERIOD * PERIOD);
     }
 }
 
@@ -125,6 +127,7 @@ fn rounding_makes_no_variance_negative() {
         per_period: 250.0,
         nominal_delay: 0.005,
         weights: [1e-6, 1e-9],
+        spread: [0.0; 2],
         gain: Range { bounds: [0.5, 1.5], change: 10.0 },
         delay: Range { bounds: [0.001, 0.009], change: 10.0 },
     };
@@ -133,7 +136,34 @@ fn rounding_makes_no_variance_negative() {
         let mut sums = LeastSquares::default();
         let regressors = [opening, decrease];
         sums.add(regressors, regressors, 0.0, Weight { time: 0.004, forgetting: 1.0 });
-        let variances = priors.variances(&sums, &sums.matrix);
+        let variances = priors.variances(&sums, &sums.matrix, 1.0);
         assert!(variances.iter().all(|variance| *variance >= 0.0), "{regressors:?}: {variances:?}");
+    }
+}
+
+/// Truths anywhere in their ranges, and little evidence without noise: the priors are the only error.
+#[test]
+fn the_share_of_the_priors_is_the_error_without_noise() {
+    let spread = [1.0 / 12.0, 4.0 / 3.0];
+    let wide = Range { bounds: [-10.0, 10.0], change: 10.0 };
+    let priors = Priors { spread, gain: wide, delay: wide, ..PRIORS };
+    let matrix = [[0.1, 0.02], [0.03, 0.2]];
+    let [mut gain_square, mut delay_square] = [0.0; 2];
+    let steps = 40_u32;
+    let middle = |n: u32| (2.0 * f64::from(n) + 1.0) / f64::from(steps) - 1.0;
+    for (n, m) in (0..steps).flat_map(|n| (0..steps).map(move |m| (n, m))) {
+        let (gain, delay) = (0.5 * middle(n), 2.0 * middle(m));
+        let right = matrix.map(|[on_gain, on_delay]| on_gain * gain + on_delay * delay);
+        let mut state = priors.at_rest();
+        priors.solve(&mut state, &LeastSquares { matrix, right });
+        let error =
+            [state.gain.value - 1.0 - gain, state.delay.value - priors.nominal_delay - PERIOD * delay];
+        gain_square += error[0] * error[0] / f64::from(steps * steps);
+        delay_square += error[1] * error[1] / f64::from(steps * steps);
+    }
+    let found = priors.variances(&LeastSquares { matrix, right: [0.0; 2] }, &matrix, 0.0);
+    // The middles of the steps have 1/1600 less variance than the whole range.
+    for (found, square) in found.into_iter().zip([gain_square, delay_square]) {
+        assert!((square / found - 1.0).abs() < 1e-3, "{found} {square}");
     }
 }

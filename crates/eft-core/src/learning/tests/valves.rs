@@ -21,6 +21,7 @@ const ESTIMATOR: ValveEstimator<f64> = ValveEstimator {
         per_period: 256.0,
         nominal_delay: 5e-3,
         weights: [0.2, 0.3],
+        spread: [0.0; 2],
         gain: RANGE,
         delay: RANGE,
     },
@@ -84,8 +85,8 @@ fn sums_refer_to_the_configured_delay_after_the_networks_output() {
     let mut sums = LeastSquares::default();
     let (commanded, decrease, spool) = (0.5, -0.04, 0.45);
     ESTIMATOR.add(&valve(1.3, 7e-3), &mut sums, [commanded, decrease], spool, WEIGHT);
-    // The inverse in use takes 2 ms more than the configured one, and the command is three samples older.
-    let known = (2e-3 + 3.0 * SAMPLE) / PERIOD;
+    // The inverse in use takes 2 ms more than the configured one, and the spool is three samples ahead, times its gain.
+    let known = (2e-3 + 1.3 * 3.0 * SAMPLE) / PERIOD;
     let error = spool - commanded + known * decrease;
     near("openings", sums.matrix[0][0], 0.25 * commanded * commanded);
     near("changes", sums.matrix[1][1], 0.25 * decrease * decrease);
@@ -98,7 +99,7 @@ fn sums_refer_to_the_configured_delay_after_the_networks_output() {
 fn gain_and_sampling_delay_explain_the_spool() {
     // The command has the opening of three samples before, so the spool is ahead. The opening rises by 0.04 in a window.
     let (commanded, rise) = (0.5, 0.04);
-    let explained = 1.3 * commanded + rise * 3.0 * SAMPLE / PERIOD;
+    let explained = 1.3 * (commanded + rise * 3.0 * SAMPLE / PERIOD);
     let found = ESTIMATOR.residual(&valve(1.3, 7e-3), [commanded, -rise], 0.45);
     near("unexplained", found, 0.45 - explained);
 }
