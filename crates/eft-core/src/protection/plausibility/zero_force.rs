@@ -198,6 +198,25 @@ mod tests {
     }
 
     #[test]
+    fn a_reading_at_the_largest_offset_or_change_reads_zero() {
+        for (before, reading) in [(800.0, 800.0), (-800.0, -800.0), (0.0, 100.0), (0.0, -100.0)] {
+            let mut state = ZeroForce { force_before: before, ..zero() };
+            let found = (0..60).any(|_| WATCH.contradicts(&mut state, [1100.0, reading, 1.0], [1.0, PERIOD]));
+            assert!(found, "{before} {reading}");
+        }
+    }
+
+    #[test]
+    fn a_force_below_a_newton_has_a_sign() {
+        let watch = ZeroForceWatch { offset: 0.1, ..WATCH };
+        for force in [0.5, -0.5] {
+            let mut state = ZeroForce { followed: true, positive: force < 0.0, ..ZeroForce::default() };
+            watch.contradicts(&mut state, [force, force, 0.0], [1.0, PERIOD]);
+            assert!(state.passed && state.positive == (force > 0.0), "{force}");
+        }
+    }
+
+    #[test]
     fn the_time_begins_anew_with_a_small_change() {
         let mut state = zero();
         let mut add = |command: f64, count: u32| {

@@ -83,7 +83,7 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
         ..ProtectionParameters::DEFAULT
     };
     let watch = put(&Parameters::ZHAO2005, &protection, &PlausibilityParameters::DEFAULT).unwrap();
-    let Plausibility { balance, motion, stroke, following, .. } = watch;
+    let Plausibility { balance, motion, stroke, following, zero_force: zero, .. } = watch;
     let all = [
         ("jumps", &watch.gate.tolerance[..], &[925.8231, 5.888863e-3, 2.334053e-2, 4.151340e-2][..]),
         ("still", &watch.gate.still_change, &[7.8, 6.35e-6, 5.25e-5, 5e-5]),
@@ -104,6 +104,8 @@ fn the_levels_of_the_papers_rig_and_its_noise_make_these_limits() {
         ("of velocity", &[watch.per_reversal, motion.latency], &[83.33333, 2e-3]),
         ("wrong sign", &[watch.reversal.slow, watch.reversal.limit], &[5.349941e-02, 2.123337e-04]),
         ("its drift", &[watch.reversal.drift], &[1.337485e-02]),
+        ("force of zero", &[zero.offset, zero.noise, zero.change], &[8.767461e+02, 96.60610, 966.0610]),
+        ("its motion", &[zero.path, zero.time, zero.mean_gain], &[3.175e-4, 0.012, 9.812660e-04]),
         ("force", &[watch.force_error_limit, watch.changes[0], watch.changes[1]], &[3780.0, 1180.0, 6.35e-4]),
         ("rates", &[watch.rate, watch.period, watch.area], &[4096.0, 2.44140625e-4, 8.212e-3]),
     ];
@@ -208,4 +210,23 @@ fn a_load_pressure_may_differ_by_its_tolerance_and_four_deviations_for_half_a_mi
     near("still", pressure.still, 608.865_08);
     near("samples of a delay of half a millisecond", pressure.latency, 2.048);
     near("area", pressure.area, 8.212e-3);
+    for unlimited in [LARGEST, 2.0 * LARGEST] {
+        let watch =
+            PlausibilityParameters { load_pressure_tolerance: unlimited, ..PlausibilityParameters::DEFAULT };
+        assert!(
+            put(&Parameters::ZHAO2005, &ProtectionParameters::DEFAULT, &watch)
+                .unwrap()
+                .load_pressure
+                .is_none()
+        );
+    }
+}
+
+#[test]
+fn a_load_cell_without_noise_is_left_to_the_repetitions() {
+    let watch = PlausibilityParameters { force_noise: 0.0, ..PlausibilityParameters::DEFAULT };
+    let zero = put(&Parameters::ZHAO2005, &ProtectionParameters::DEFAULT, &watch).unwrap().zero_force;
+    // Half a per cent of the capacity; no change is small enough.
+    near("offset", zero.offset, 780.14);
+    assert!(zero.noise < 0.0);
 }
