@@ -45,13 +45,18 @@ impl Noise {
     }
 }
 
-/// A learner after four seconds of a motion. The valve differs from the table by gain, direction and null offset.
-fn learned(p: &Parameters, motion: Motion) -> (Learner<f64, 21>, LearnerState<f64>) {
+/// Learns from a motion between two times (s), and returns its windows. The valve differs from the table by gain, direction and null offset.
+fn learn(
+    p: &Parameters,
+    motion: Motion,
+    [start, end]: [f64; 2],
+    learner: &Learner<f64, 21>,
+    memory: &mut LearnerState<f64>,
+) -> Vec<Window<f64>> {
     let channel = Channel::<f64, 21>::new(p).unwrap();
-    let learner = Learner::<f64, 21>::new(p).unwrap();
     let table = FlowTable::<f64, 21>::new(p.openings, p.flows).unwrap();
-    let (mut state, mut memory, mut noise) = (channel.at_rest(), learner.at_rest(), Noise(1));
-    for tick in 0..(4.0 * p.sample_rate) as u32 {
+    let (mut state, mut noise, mut windows) = (channel.at_rest(), Noise(1), Vec::new());
+    for tick in (start * p.sample_rate) as u32..(end * p.sample_rate) as u32 {
         let time = f64::from(tick) / p.sample_rate;
         let wave = |time: f64| 0.3 * time.clamp(0.0, 1.0) * libm::sin(motion.frequency * time);
         let spool = |time: f64| 1.03 * wave(time - 7e-3);
@@ -67,9 +72,18 @@ fn learned(p: &Parameters, motion: Motion) -> (Learner<f64, 21>, LearnerState<f6
             ..Input::default()
         };
         if let Some(window) = channel.step(&mut state, &input).window {
-            channel.publish(&mut state, learner.update(&mut memory, &window));
+            channel.publish(&mut state, learner.update(memory, &window));
+            windows.push(window);
         }
     }
+    windows
+}
+
+/// A learner after four seconds of a motion.
+fn learned(p: &Parameters, motion: Motion) -> (Learner<f64, 21>, LearnerState<f64>) {
+    let learner = Learner::<f64, 21>::new(p).unwrap();
+    let mut memory = learner.at_rest();
+    learn(p, motion, [0.0, 4.0], &learner, &mut memory);
     // Lost windows teach nothing. Meanwhile every node of the curve is refreshed.
     for number in 0..1000 {
         learner.update(&mut memory, &Window { lost: 1, ..Window::first(number) });
@@ -142,6 +156,25 @@ fn a_restart_changes_no_number_of_a_calibration() {
         same(&what, &numbers(&now)[..9], &numbers(&before)[..9], 1e-6);
         same(&what, &numbers(&now)[9..], &numbers(&before)[9..], 1e-5);
         same(&what, &ratios(&now.deviations, &before.deviations), &[1.0; 5], 1e-3);
+    }
+}
+
+/// The first new window that teaches something replaces little of what was learned in four seconds.
+#[test]
+fn the_share_of_the_flow_gain_outlasts_a_restart() {
+    for motion in MOTIONS {
+        let (learner, memory) = learned(&RIG, motion);
+        let mut saved = learner.saved(&memory);
+        saved.curve.flow_gain_share = 0.05;
+        let mut state = learner.start_from(&saved).unwrap();
+        let mut other = state;
+        let windows = learn(&RIG, motion, [4.0, 5.0], &learner, &mut other);
+        let mut shares = windows.iter().map(|window| {
+            learner.update(&mut state, window);
+            learner.saved(&state).curve.flow_gain_share
+        });
+        let share = shares.find(|share| (share - 0.05).abs() > 1e-6).unwrap();
+        assert!((0.045..0.055).contains(&share), "{motion:?}: {share}");
     }
 }
 
