@@ -186,7 +186,7 @@ mod tests {
     fn change_path_and_time_must_all_be_large() {
         let after = |longest: f64, command: f64, displacement: f64| {
             let mut state = ZeroForce { longest, ..zero() };
-            let watch = ZeroForceWatch { time: 9.5 * PERIOD, ..WATCH };
+            let watch = ZeroForceWatch { time: 10.0 * PERIOD, ..WATCH };
             (1..100).find(|_| watch.contradicts(&mut state, [command, 99.0, displacement], [1.0, PERIOD]))
         };
         let samples = |command: f64, displacement: f64| after(0.0, command, displacement);
