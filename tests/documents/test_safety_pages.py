@@ -141,6 +141,62 @@ def test_the_pages_on_the_protection_state_the_kept_faults_of_a_load_cell_that_r
         assert sentence in page, sentence
 
 
+def test_the_kept_tests_with_a_play_are_what_the_code_gives(script):
+    study, tables = script("safety_play"), script("safety_tables")
+    kept = tables.read(study.PLAY)
+    cases = study.drawn_cases(len(kept), study.SEED)
+    # At each side a false alarm, and a play without one. A test with a large error multiplies the last bit.
+    near = [row for row in kept if float(row["error"]) < 0.15 and row["unwatched"] == "none"]
+    false = tables.false_alarms(near)
+    for side in study.SIDES:
+        sound = (row for row in near if row["cause"] == "none" and float(row["play"]) > 0.0)
+        for rows in (false, sound):
+            row = next(row for row in rows if row["side"] == side)
+            number = int(row["rig"])
+            same(row, study.judged(number, cases[number], study.SEED))
+
+
+def test_the_pages_on_the_protection_state_the_kept_tests_with_a_play(script):
+    study, tables = script("safety_play"), script("safety_tables")
+    text, safety, checks = (
+        " ".join(page.read_text(encoding="utf-8").split())
+        for page in (
+            DOCS / "safety.md",
+            *(DOCS.parent / f"explanation/{name}.md" for name in ("safety", "safety-checks")),
+        )
+    )
+    false = {
+        side: {play: tables.false_alarms(tables.of_play(play, side)) for play in study.PLAYS}
+        for side in study.SIDES
+    }
+    piston, structure = ([row for rows in of.values() for row in rows] for of in false.values())
+    jumped = [row for row in piston if row["jumped"] == "1"]
+    of_velocity = sum(row["cause"] == "velocity_implausible" for row in jumped)
+    at_end = sum(row["jumped"] == "1" for row in structure)
+    assert {row["cause"] for row in structure} == {"force_implausible"}
+    assert not any(false[side][0.0] for side in study.SIDES)
+    small = [play for play in study.PLAYS if 0.0 < play <= 5e-5]
+    assert not any(false["structure"][play] for play in small)
+    few, many, at_structure = (
+        (len(false[side][play]), len(tables.of_play(play, side)))
+        for side, play in (("piston", 2e-5), ("piston", 1e-4), ("structure", 1e-4))
+    )
+    tests = sum(len(tables.of_play(play, "structure")) for play in study.PLAYS)
+    for page, sentence in (
+        (text, f"{len(jumped)} of {len(piston)} false alarms are readings beyond"),
+        (text, f"of the velocity in {of_velocity} tests, of the force in {len(jumped) - of_velocity}."),
+        (text, f"{len(structure)} false alarms blame the force. In {at_end} of these it jumps"),
+        (text, f"In {len(structure) - at_end - 2} the flow balance contradicts"),
+        (safety, f"[{few[0]} of {few[1]} tests]"),
+        (safety, f"and {many[0]} of {many[1]} with 0.1 mm. At the structure none of"),
+        (safety, f"none of {sum(len(tables.of_play(play, 'structure')) for play in small)} had one"),
+        (safety, f"and {at_structure[0]} of {at_structure[1]} with 0.1 mm. Shim"),
+        (checks, f"Of {tests} tests with the motion measured at the structure [two have"),
+        (checks, f"Other checks have {len(structure) - 2}."),
+    ):
+        assert sentence in page, sentence
+
+
 def test_the_pages_on_the_protection_state_the_kept_early_faults(script):
     tables = script("safety_tables")
     variants = tables.early()
