@@ -1,8 +1,8 @@
 """A load cell that reads about zero with its own noise, as one without its bridge's supply does.
 
 ``python docs/evidence/safety_zero.py`` lets it fail at many moments of a sine, with and without a measured
-load pressure. It writes ``data/safety_zero.csv``, from which `safety_tables` makes a table of the page. A
-fault of the virtual rig's own sensors has no noise, so plant and controller are stepped one by one.
+load pressure. It writes ``data/safety_zero.csv``, from which `safety_tables` makes a table of the page. The
+failed reading has an offset that it did not have before, so plant and controller are stepped one by one.
 """
 
 import os

@@ -23,7 +23,7 @@ pub(super) const WHOLE_SECTIONS: [&str; 7] = [
 ];
 
 /// Further keys that need another key.
-const FURTHER_NEEDS: [(&str, &str); 9] = [
+const FURTHER_NEEDS: [(&str, &str); 12] = [
     ("supply.droop", "supply.accumulator"),
     ("supply.accumulator", "supply.droop"),
     ("supply.pump_flow", "supply.droop"),
@@ -33,6 +33,9 @@ const FURTHER_NEEDS: [(&str, &str); 9] = [
     ("sensors.fault.start", "sensors.fault.signal"),
     ("sensors.fault.duration", "sensors.fault.signal"),
     ("sensors.fault.gain", "sensors.fault.signal"),
+    ("sensors.fault.offset", "sensors.fault.signal"),
+    ("sensors.fault.drift", "sensors.fault.signal"),
+    ("sensors.fault.noise", "sensors.fault.signal"),
 ];
 
 /// Every key that needs another key, and that key. In a whole section a key needs the next one, and the last the first.

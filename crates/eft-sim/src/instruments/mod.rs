@@ -14,7 +14,7 @@ pub(crate) use delay_line::DelayLines;
 pub(crate) use noise::Noise;
 pub(crate) use sensor::AnalogOutput;
 
-use crate::config::{self, FaultSignal, RigConfig, SensorFault, VelocitySource};
+use crate::config::{self, FaultKind, FaultSignal, RigConfig, SensorFault, VelocitySource};
 use crate::lanes::Num;
 use crate::plant::Signals;
 use sensor::{Fault, Sensor, is_ideal};
@@ -32,8 +32,9 @@ pub(crate) struct Sensors<S: Num> {
     tick: u64,
 }
 
-/// Number of noise streams of an actuator's sensors.
+/// Number of noise streams of an actuator's sensors, and the one of their fault.
 const STREAMS: u64 = 16;
+const OF_FAULT: u64 = 14;
 
 impl<S: Num> Sensors<S> {
     /// The true sensors of actuator number `actuator` of `rig(0)`, `rig(1)`, …, one per lane; `None` if all
@@ -52,8 +53,10 @@ impl<S: Num> Sensors<S> {
             .map(|i| config::Sensor { bandwidth: None, ..rig(i).plant().sensors.force.clone() })
             .collect();
         let fault = |i: usize, signal| {
-            let fault = rig(i).plant().sensors.fault.as_ref().filter(|fault| fault.signal == signal);
-            fault.map(|fault| fault_in_ticks(fault, sample_rate))
+            let sensors = &rig(i).plant().sensors;
+            let fault = sensors.fault.as_ref().filter(|fault| fault.signal == signal);
+            let noise = Noise::new(sensors.seed, STREAMS * actuator + OF_FAULT);
+            fault.map(|fault| fault_in_ticks(fault, sample_rate, noise))
         };
         let lanes = |of: fn(&config::Sensors) -> &config::Sensor, signal, stream| {
             let described = |i: usize| {
@@ -143,11 +146,18 @@ pub(crate) fn has_load_pressure(rig: &RigConfig) -> bool {
         || sensors.fault.as_ref().is_some_and(|fault| fault.signal == FaultSignal::LoadPressure)
 }
 
-fn fault_in_ticks(fault: &SensorFault, sample_rate: f64) -> Fault {
+fn fault_in_ticks(fault: &SensorFault, sample_rate: f64, noise: Noise) -> Fault {
     // The conversion saturates, because a fault after the end of any run never occurs.
     let tick = |time: f64| (time * sample_rate - 1e-9).ceil().max(0.0) as u64;
     let end = fault.duration.map_or(u64::MAX, |duration| tick(fault.start + duration));
-    Fault { kind: fault.kind, first: tick(fault.start), end, gain: fault.gain.unwrap_or(1.0) }
+    let size = match fault.kind {
+        FaultKind::Gain => fault.gain,
+        FaultKind::Offset => fault.offset,
+        FaultKind::Drift => fault.drift.map(|drift| drift / sample_rate),
+        FaultKind::Noise => fault.noise,
+        _ => None,
+    };
+    Fault { kind: fault.kind, first: tick(fault.start), end, size: size.unwrap_or(0.0), noise }
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! The sensors of one signal, for one rig or several side by side: from true values to readings.
 //!
-//! The order is bandwidth, gain, bias and noise, range and resolution, fault, delay, lost samples. Effects of
-//! some rigs only are computed lane by lane, the others in vector lanes.
+//! The order is bandwidth, gain, bias and noise, range and resolution, fault, delay, lost samples. A fault that
+//! disturbs the analog output comes before the range. Effects of some rigs only are computed lane by lane, the
+//! others in vector lanes.
 
 use std::collections::VecDeque;
 
@@ -19,8 +20,24 @@ pub(crate) struct Fault {
     pub(crate) kind: FaultKind,
     pub(crate) first: u64,
     pub(crate) end: u64,
-    /// Ratio of the reading to the correct one, for a wrong gain.
-    pub(crate) gain: f64,
+    /// Gain, offset, drift per tick or standard deviation, by the kind.
+    pub(crate) size: f64,
+    /// The deviates of a fault that is noise.
+    pub(crate) noise: Noise,
+}
+
+impl Fault {
+    /// The value and the analog output of the sensor at a tick of a fault that disturbs them; otherwise as given.
+    fn disturbed(&self, tick: u64, value: f64, analog: AnalogOutput<f64>) -> (f64, AnalogOutput<f64>) {
+        let added = match self.kind {
+            FaultKind::Dead => return (analog.offset, AnalogOutput { gain: 0.0, ..analog }),
+            FaultKind::Offset => self.size,
+            FaultKind::Drift => self.size * (tick - self.first) as f64,
+            FaultKind::Noise => self.size * self.noise.normal(tick),
+            _ => return (value, analog),
+        };
+        (value + added, AnalogOutput { offset: analog.offset + added, ..analog })
+    }
 }
 
 /// The analog output of a sensor to analog electronics: `gain·signal + offset`.
@@ -162,20 +179,25 @@ impl DigitalStage {
         self.converter.is_none() && self.fault.is_none() && self.delay == 0 && self.dropout == 0.0
     }
 
-    fn read(&mut self, tick: u64, analog_value: f64, wire: AnalogOutput<f64>) -> (f64, AnalogOutput<f64>) {
+    fn read(&mut self, tick: u64, sound: f64, wire: AnalogOutput<f64>) -> (f64, AnalogOutput<f64>) {
+        let fault = self.fault.filter(|fault| (fault.first..fault.end).contains(&tick));
+        let (analog_value, wire) = fault.map_or((sound, wire), |fault| fault.disturbed(tick, sound, wire));
         let converted = self.converter.map_or(analog_value, |converter| converter.convert(analog_value));
-        let (reported, analog) = match self.fault {
-            Some(fault) if (fault.first..fault.end).contains(&tick) => match fault.kind {
+        let (reported, analog) = match fault {
+            Some(fault) => match fault.kind {
                 FaultKind::Lost => (f64::NAN, AnalogOutput { gain: 0.0, offset: 0.0 }),
                 FaultKind::Zero => (0.0, AnalogOutput { gain: 0.0, offset: 0.0 }),
                 FaultKind::Stuck => (self.stuck_at, AnalogOutput { gain: 0.0, offset: self.stuck_at }),
                 FaultKind::Sign => (-converted, AnalogOutput { gain: -wire.gain, offset: -wire.offset }),
                 FaultKind::Gain => {
-                    let gain = fault.gain;
+                    let gain = fault.size;
                     (gain * converted, AnalogOutput { gain: gain * wire.gain, offset: gain * wire.offset })
                 }
+                FaultKind::Dead | FaultKind::Offset | FaultKind::Drift | FaultKind::Noise => {
+                    (converted, wire)
+                }
             },
-            _ => (converted, wire),
+            None => (converted, wire),
         };
         self.stuck_at = reported;
         let delivered = self.delayed(reported);

@@ -74,22 +74,64 @@ fn the_share_of_lost_samples_is_the_configured_one() {
 
 #[test]
 fn faults_start_and_end_on_their_tick() {
-    let fault = |kind: &str| {
-        let at = |tick: f64| toml::Value::from(tick / RATE);
-        let changes = [
-            ("sensors.fault.signal", "force".into()),
-            ("sensors.fault.kind", kind.into()),
-            ("sensors.fault.start", at(2.0)),
-            ("sensors.fault.duration", at(2.0)),
-            ("sensors.fault.gain", 1.5.into()),
-        ];
-        ramp(if kind == "gain" { &changes } else { &changes[..4] }, 6)
-    };
+    let fault = |kind| ramp(&fault(kind, 2.0, 2.0), 6);
     assert_eq!(fault("zero"), [0.0, 1.0, 0.0, 0.0, 4.0, 5.0]);
     assert_eq!(fault("sign"), [0.0, 1.0, -2.0, -3.0, 4.0, 5.0]);
     assert_eq!(fault("stuck"), [0.0, 1.0, 1.0, 1.0, 4.0, 5.0]);
     assert_eq!(fault("gain"), [0.0, 1.0, 3.0, 4.5, 4.0, 5.0]);
     assert!(fault("lost")[2..4].iter().all(|r| r.is_nan()));
+    assert_eq!(fault("dead"), [0.0, 1.0, 0.0, 0.0, 4.0, 5.0]);
+    assert_eq!(fault("offset"), [0.0, 1.0, 3.5, 4.5, 4.0, 5.0]);
+    assert_eq!(fault("drift"), [0.0, 1.0, 2.0, 5.0, 4.0, 5.0]);
+}
+
+/// A fault of the load cell over some ticks: a gain, an offset or a noise of 1.5, a drift of 2 N per tick.
+fn fault(kind: &str, start: f64, ticks: f64) -> Vec<(&str, toml::Value)> {
+    let size = match kind {
+        "gain" => Some(("sensors.fault.gain", 1.5.into())),
+        "offset" => Some(("sensors.fault.offset", 1.5.into())),
+        "drift" => Some(("sensors.fault.drift", (2.0 * RATE).into())),
+        "noise" => Some(("sensors.fault.noise", 1.5.into())),
+        _ => None,
+    };
+    let changes = [
+        ("sensors.fault.signal", "force".into()),
+        ("sensors.fault.kind", kind.into()),
+        ("sensors.fault.start", (start / RATE).into()),
+        ("sensors.fault.duration", (ticks / RATE).into()),
+    ];
+    changes.into_iter().chain(size).collect()
+}
+
+#[test]
+fn a_dead_sensor_reads_its_bias_and_noise() {
+    let sensor = [("sensors.force.noise", 20.0.into()), ("sensors.force.bias", 5.0.into())];
+    let still = (0..100).zip(ramp(&sensor, 100)).map(|(tick, read)| read - f64::from(tick));
+    let dead = ramp(&[&sensor[..], &fault("dead", 0.0, 100.0)].concat(), 100);
+    assert!(still.zip(dead).all(|(error, read)| (error - read).abs() < 1e-12));
+}
+
+#[test]
+fn noise_of_a_fault_has_its_deviation_and_is_none_of_the_sensors() {
+    const TICKS: usize = 20_000;
+    let sensor = [("sensors.force.noise", 1.5.into())];
+    let [own, both] =
+        [vec![], fault("noise", 0.0, 1e6)].map(|one| ramp(&[&sensor[..], &one].concat(), TICKS));
+    let pairs = || own.iter().zip(&both).enumerate().map(|(i, (own, both))| (own - i as f64, both - own));
+    let mean = |product: fn((f64, f64)) -> f64| pairs().map(product).sum::<f64>() / TICKS as f64;
+    // Four standard errors of each estimate.
+    let error = 4.0 / (TICKS as f64).sqrt();
+    assert!((mean(|(_, added)| added * added) / 2.25 - 1.0).abs() < error * 2f64.sqrt());
+    assert!((mean(|(own, added)| own * added) / 2.25).abs() < error);
+    assert_eq!(both, ramp(&[&sensor[..], &fault("noise", 0.0, 1e6)].concat(), TICKS));
+}
+
+#[test]
+fn a_disturbed_output_stays_within_the_range() {
+    let range = [("sensors.force.range", 3.0.into())];
+    for (kind, expected) in [("offset", [1.5, 2.5, 3.0]), ("drift", [0.0, 3.0, 3.0])] {
+        assert_eq!(ramp(&[&range[..], &fault(kind, 0.0, 9.0)].concat(), 3), expected, "{kind}");
+    }
 }
 
 #[test]

@@ -191,6 +191,18 @@ fn side_by_side_sensors_have_the_bits_they_have_alone() {
     for (rig, further) in rigs.iter_mut().zip(further) {
         *rig = rig.replace(further).unwrap();
     }
+    // The last four of them fail as well.
+    let faults = [("dead", None), ("offset", Some(300.0)), ("drift", Some(500.0)), ("noise", Some(200.0))];
+    for (rig, (kind, size)) in rigs.iter_mut().rev().zip(faults) {
+        let key = format!("sensors.fault.{kind}");
+        let mut fault: Vec<(&str, toml::Value)> = vec![
+            ("sensors.fault.signal", "force".into()),
+            ("sensors.fault.kind", kind.into()),
+            ("sensors.fault.start", 1.0.into()),
+        ];
+        fault.extend(size.map(|size| (key.as_str(), size.into())));
+        *rig = rig.replace(&fault).unwrap();
+    }
     compare_in::<f64>(&rigs, &sweeps(rigs.len(), 2.0), &KEPT, 1);
     compare_in::<f32>(&rigs, &sweeps(rigs.len(), 2.0), &KEPT, 1);
 }

@@ -107,6 +107,40 @@ fn bias_of_the_cell_shifts_the_force_in_both_realizations() {
 }
 
 #[test]
+fn faults_reach_the_loop_in_both_realizations() {
+    let fault = |kind, more: &[(&'static str, toml::Value)]| {
+        let changes: [(&str, toml::Value); 3] = [
+            ("sensors.fault.signal", "force".into()),
+            ("sensors.fault.kind", toml::Value::from(kind)),
+            ("sensors.fault.start", 0.0.into()),
+        ];
+        [&changes, more].concat()
+    };
+    for realization in ["analog", "digital"] {
+        let test = |changes: &[(&'static str, toml::Value)]| {
+            run(&[&[("controller.realization", realization.into())], changes].concat())
+        };
+        let biased = test(&[("sensors.force.bias", 500.0.into())]);
+        let offset = test(&fault("offset", &[("sensors.fault.offset", 500.0.into())]));
+        assert!(offset.force == biased.force, "{realization}");
+        assert!(test(&fault("dead", &[])).force == test(&fault("zero", &[])).force, "{realization}");
+        let disturbed = |kind, size| {
+            let run = test(&fault(kind, &[(size, 500.0.into())]));
+            let added = run.measured_force().iter().zip(&run.force).map(|(read, force)| read - force);
+            (run.force.last().copied().unwrap(), added.collect::<Vec<_>>())
+        };
+        let (drifted, added) = disturbed("drift", "sensors.fault.drift");
+        assert!(added.iter().enumerate().all(|(i, one)| (one - 500.0 * i as f64 / RATE).abs() < 1e-9));
+        // 2 kN after 4 s. The loop's static error is 2 %, and its response late by a few ms.
+        let moved = test(&[]).force.last().unwrap() - drifted;
+        assert!((moved / 2000.0 - 1.0).abs() < 0.1, "{realization}: {moved} N");
+        let (_, added) = disturbed("noise", "sensors.fault.noise");
+        let power = added.iter().map(|one| one * one).sum::<f64>() / added.len() as f64;
+        assert!((power.sqrt() / 500.0 - 1.0).abs() < 0.03, "{realization}");
+    }
+}
+
+#[test]
 fn a_late_converter_outputs_an_earlier_sample() {
     let command = sine_sweep(4000.0, 0.0, 10.0, 1.0, RATE).unwrap();
     let test = |changes: &[(&str, toml::Value)]| {

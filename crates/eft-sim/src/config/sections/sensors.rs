@@ -84,10 +84,13 @@ section! {
     /// `[sensors.fault]`: a simulated failure.
     pub struct SensorFault in "sensors.fault." {
         signal: FaultSignal = "", Choice(FaultSignal::WORDS), Optional, "sensor that fails during the test";
-        kind: FaultKind = "", Choice(FaultKind::WORDS), Optional, "kind of failure: no valid reading, zero, the last reading repeated, wrong sign, wrong gain";
+        kind: FaultKind = "", Choice(FaultKind::WORDS), Optional, "kind of failure: no valid reading, zero, the last reading repeated, wrong sign, wrong gain, bias and noise without the signal, an offset, a growing offset, more noise";
         start: f64 = "s", Float(0.0, 1e6), Optional, "start of the failure";
         duration: Option<f64> = "s", Float(0.0, 1e6), Optional, "duration of the failure; absent means to the end of the test";
         gain: Option<f64> = "", Float(1e-2, 1e2), When("sensors.fault.kind", "gain"), "reading over true value of the failure; needs `sensors.fault.kind = \"gain\"`";
+        offset: Option<f64> = "", Float(-1e9, 1e9), When("sensors.fault.kind", "offset"), "offset of the failure, in the signal's unit; needs `sensors.fault.kind = \"offset\"`";
+        drift: Option<f64> = "", Float(-1e9, 1e9), When("sensors.fault.kind", "drift"), "offset of the failure per second, in the signal's unit; needs `sensors.fault.kind = \"drift\"`";
+        noise: Option<f64> = "", Float(0.0, 1e9), When("sensors.fault.kind", "noise"), "standard deviation of the failure's noise per sample, in the signal's unit; needs `sensors.fault.kind = \"noise\"`";
     }
 }
 
@@ -124,5 +127,13 @@ choice! {
         Sign = "sign",
         /// Reads the truth times [`SensorFault::gain`].
         Gain = "gain",
+        /// Reads its bias and noise without the signal, as without its supply.
+        Dead = "dead",
+        /// Reads [`SensorFault::offset`] too much.
+        Offset = "offset",
+        /// Reads an offset that grows by [`SensorFault::drift`] per second.
+        Drift = "drift",
+        /// Has further noise, [`SensorFault::noise`].
+        Noise = "noise",
     }
 }
