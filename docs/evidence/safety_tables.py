@@ -7,6 +7,9 @@ from pathlib import Path
 
 import numpy as np
 from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SIGNALS, SOUND, SUPPLIES, YIELDING
+from safety_disturbed import CASES as CASES_OF_DISTURBED
+from safety_disturbed import DISTURBED, FAILING, SHARES
+from safety_disturbed import RIGS as DISTURBED_RIGS
 from safety_early import FAULTS as EARLY_FAULTS
 from safety_early import VARIANTS
 from safety_estimates import ESTIMATES, SOURCES
@@ -128,6 +131,45 @@ def _of_play() -> str:
         "plausibility watch. The force error is the median of the tests without the watch, rms over rms.",
     ]
     return "\n".join([*text, ""])
+
+
+def disturbed(rows: Sequence[Row], signal: str, kind: str, **more: str) -> list[Row]:
+    """The disturbances of a sensor by one kind, with further cells of their rows."""
+    wanted = {"signal": signal, "kind": kind} | more
+    return [row for row in rows if wanted.items() <= row.items()]
+
+
+def _of_disturbed() -> str:
+    """How many disturbances are noticed and when, the largest force over its level, and how often."""
+    rows, of_rigs = read(DISTURBED), read(DISTURBED_RIGS)
+    names = [signal + (", pressure measured" if p and signal == "force" else "") for signal, p in FAILING]
+    head = ("paper's rig", *(name.replace("_", " ") for name in names))
+    text = [f"| {' | '.join(head)} |", "| --- " * len(head) + "|"]
+    for kind, share in CASES_OF_DISTURBED:
+        per_second = "/s" if kind == "drift" else ""
+        name = f"{kind}, {100 * share:g} %{per_second}" if share else kind
+        more = {"share": f"{share:.4g}"}
+        cells = [_noticed(disturbed(rows, one, kind, pressure=str(int(p)), **more)) for one, p in FAILING]
+        text.append(f"| {name} | {' | '.join(cells)} |")
+    text += ["", f"| random rigs | {' | '.join(head[1:-1])} |", "| --- " * (len(head) - 1) + "|"]
+    for kind in SHARES:
+        cells = [_noticed(disturbed(of_rigs, one, kind, pressure=str(int(p)))) for one, p in FAILING[:-1]]
+        text.append(f"| {kind} | {' | '.join(cells)} |")
+    text += [
+        "",
+        "A cell has the number of faults that are noticed, the median and the longest time until then, the",
+        "largest force over its trip level, and how often it exceeds 1.75.",
+    ]
+    return "\n".join([*text, ""])
+
+
+def _noticed(rows: Sequence[Row]) -> str:
+    """How many faults are noticed, after which time, and the largest force over its level."""
+    times = np.array([float(row["time"]) for row in rows])
+    seen = 1e3 * times[times < np.inf]
+    after = f", {np.median(seen):.1f} ms, {seen.max():.0f} ms" if len(seen) else ""
+    force = max(float(row["force"]) for row in rows)
+    return f"{len(seen)} of {len(rows)}{after}; {force:.1f}, {beyond(rows)}"
 
 
 def beyond(rows: Sequence[Row]) -> int:
@@ -359,6 +401,7 @@ def report(folder: Path) -> None:
     write_text(folder / "safety_null.md", _of_null_bias())
     write_text(folder / "safety_zero.md", _of_zero())
     write_text(folder / "safety_play.md", _of_play())
+    write_text(folder / "safety_disturbed.md", _of_disturbed())
     write_text(folder / "safety_random_rigs.md", _of_random_rigs())
     write_text(folder / "safety_early.md", _of_early())
     write_text(folder / "safety_second.md", _of_second())

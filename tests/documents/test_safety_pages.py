@@ -274,3 +274,93 @@ def test_the_remarks_on_the_protection_state_the_kept_faults(script):
         f"and {slow[1]:.1f} % above it.",
     ):
         assert sentence in told
+
+
+def test_the_kept_disturbed_readings_are_what_the_code_gives(script):
+    study, tables = script("safety_disturbed"), script("safety_tables")
+    kept = tables.read(study.DISTURBED)
+    # The largest force of each kind.
+    for kind in study.SHARES:
+        row = max((row for row in kept if row["kind"] == kind), key=lambda row: float(row["force"]))
+        case = ((row["signal"], row["pressure"] == "1"), (kind, float(row["share"])), int(row["moment"]))
+        same(row, study.tested(case))
+    kept = tables.read(study.RIGS)
+    number = kept[0]["rig"]
+    old = [row for row in kept if row["rig"] == number]
+    for row, now in zip(old, study.faults_of(int(number)), strict=True):
+        same(row, now)
+
+
+def test_the_pages_on_the_protection_state_the_kept_disturbed_readings(script):
+    study, tables = script("safety_disturbed"), script("safety_tables")
+    rows, rigs = tables.read(study.DISTURBED), tables.read(study.RIGS)
+    text, safety = (
+        " ".join(page.read_text(encoding="utf-8").split())
+        for page in (DOCS / "safety.md", DOCS.parent / "explanation/safety.md")
+    )
+
+    def judged(rows, signal, kind, pressure="0", **more):
+        of = tables.disturbed(rows, signal, kind, pressure=pressure, **more)
+        return of, tables.beyond(of), max(float(row["force"]) for row in of)
+
+    def blamed(rows, cause):
+        return sum(row["cause"].endswith(cause) for row in rows)
+
+    def unnoticed(rows):
+        return sum(row["time"] == "inf" for row in rows)
+
+    drift, failed, most = judged(rows, "force", "drift")
+    of_rigs, rigs_failed, rigs_most = judged(rigs, "force", "drift")
+    _, _, measured = judged(rows, "force", "drift", "1")
+    _, rigs_measured, _ = judged(rigs, "force", "drift", "1")
+    dead, dead_failed, dead_most = judged(rigs, "force", "dead")
+    small = sum(float(row["command"]) < 0.02 and float(row["force"]) > 1.75 for row in dead)
+    velocity, velocity_failed, velocity_most = judged(rows, "velocity", "drift")
+    spool, spool_failed, spool_most = judged(rows, "spool", "drift")
+    jumps, _, _ = judged(rows, "spool", "offset", share="0.02")
+    noisy, noisy_failed, noisy_most = judged(rows, "velocity", "noise", share="0.05")
+    more, more_failed, _ = judged(rigs, "velocity", "noise", share="0.05")
+    others = [judged(rigs, signal, "dead") for signal in ("velocity", "spool")]
+    offsets, of_offsets = ([row for row in of if row["kind"] == "offset"] for of in (rows, rigs))
+    larger = [row for row in offsets if float(row["share"]) > 0.02]
+    for page, sentence in (
+        (text, f"allowed {len({row['rig'] for row in rigs})} of {study.COUNT}."),
+        (text, f"in {failed} of {len(drift)} tests, in all 60 with 5 %"),
+        (text, f"The largest is {most:.1f} times, and the displacement"),
+        (text, f"displacement {max(float(row['displacement']) for row in drift):.1f} times the largest"),
+        (text, f"random rigs {rigs_failed} of {len(of_rigs)} exceeded it, with up to {rigs_most:.1f} times."),
+        (
+            text,
+            f"no force exceeded {measured:.2f} times its level on the paper's rig, and {rigs_measured} of",
+        ),
+        (text, f"did in {dead_failed} of {len(dead)}, with up to {dead_most:.1f} times."),
+        (text, f"In {blamed(dead, '_level')} of these {len(dead)} tests only a level tripped."),
+        (text, f"small in {small} of the {dead_failed}:"),
+        (text, f"a measured load pressure none of {len(dead)} exceeded it."),
+        (text, f"in {sum(one[1] for one in others)} of {sum(len(one[0]) for one in others)} tests on"),
+        (text, f"with up to {max(one[2] for one in others):.1f} times. - **A velocity"),
+        (text, f"blamed in {blamed(velocity, 'displacement_implausible')} of {len(velocity)} tests"),
+        (text, f"in {velocity_failed} of {len(velocity)} tests, with up to {velocity_most:.1f} times."),
+        (text, f"noticed at {unnoticed(jumps)} of 60 moments, and at the other {60 - unnoticed(jumps)}"),
+        (text, f"in {spool_failed} of {len(spool)} tests, with up to {spool_most:.1f} times."),
+        (text, f"in {noisy_failed} of {len(noisy)} tests, with up to {noisy_most:.1f} times"),
+        (text, f"On the random rigs {more_failed} of {len(more)} did."),
+        (text, f"None of all {len(offsets):,} offsets exceeded 1.6"),
+        (text, f"{tables.beyond(of_offsets)} of {len(of_offsets)} exceeded 1.75 times, with up to 6.6"),
+        (safety, f"[in {failed} of {len(drift)} tests]"),
+        (safety, f"with up to {most:.1f} times, and on random rigs in {rigs_failed} of {len(of_rigs)}."),
+        (safety, f"On random rigs {dead_failed} of {len(dead)} such faults led"),
+        (safety, f"with up to {dead_most:.1f} times, most of them"),
+        (safety, f"{velocity_failed + spool_failed} of {len(velocity) + len(spool)} [drifts of these two]"),
+    ):
+        assert sentence in page, sentence
+    assert judged(rigs, "force", "dead", "1")[1] == 0
+    assert all(row["cause"] == "displacement_implausible" for row in velocity if float(row["force"]) > 1.75)
+    assert all(row["cause"] == "force_implausible" for row in spool if float(row["force"]) > 1.75)
+    assert max(float(row["time"]) for row in larger) < 2.45e-3
+    assert max(float(row["force"]) for row in offsets) < 1.6
+    assert max(float(row["time"]) for row in noisy) < 9e-3
+    assert unnoticed(judged(rows, "displacement", "drift", share="0.01")[0]) == 60
+    assert unnoticed(judged(rows, "spool", "drift", share="0.01")[0]) == 29
+    assert unnoticed(judged(rows, "velocity", "noise", share="0.005")[0]) == 7
+    assert unnoticed(judged(rows, "spool", "noise", share="0.005")[0]) == 60
