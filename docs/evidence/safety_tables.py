@@ -167,7 +167,7 @@ def _noticed(rows: Sequence[Row]) -> str:
     """How many faults are noticed, after which time, and the largest force over its level."""
     times = np.array([float(row["time"]) for row in rows])
     seen = 1e3 * times[times < np.inf]
-    after = f", {np.median(seen):.1f} ms, {seen.max():.0f} ms" if len(seen) else ""
+    after = f", {np.median(seen):.1f} ms, {seen.max():.1f} ms" if len(seen) else ""
     force = max(float(row["force"]) for row in rows)
     return f"{len(seen)} of {len(rows)}{after}; {force:.1f}, {beyond(rows)}"
 
