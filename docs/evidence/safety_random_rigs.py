@@ -22,7 +22,7 @@ from safety import KINDS, SIGNALS, largest
 from safety_estimates import SOURCES, G, estimate, leading
 
 import eft
-from eft._findings import LEAST_LEVEL
+from eft._findings_of_protection import LEAST_LEVEL
 from eft.benchmark._excitations import within_the_rig
 from eft.demo.experiments import EL_CENTRO
 

@@ -23,7 +23,7 @@ from safety_sizes import SIZES
 from safety_zero import ZERO
 
 from eft._files import write_text
-from eft._findings import LEAST_SAMPLES
+from eft._findings_of_protection import LEAST_SAMPLES
 
 BEYOND = 1.75
 """The force over its level that counts as a failure."""

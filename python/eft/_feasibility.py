@@ -10,18 +10,9 @@ import numpy as np
 
 from eft import _native
 from eft._display import shown
-from eft._findings import (
-    GRADES,
-    Finding,
-    Grade,
-    above,
-    of_demands,
-    of_loop,
-    of_protection,
-    of_size,
-    of_supply,
-    worst,
-)
+from eft._finding import GRADES, Finding, Grade
+from eft._findings import above, of_demands, of_loop, of_size, of_supply, worst
+from eft._findings_of_protection import of_protection
 from eft._native import Command, Rig
 from eft._prediction import Prediction, of_distrust, of_droop, of_prediction, predicted
 from eft._results import Result
@@ -121,6 +112,8 @@ def check_feasibility(rig: Rig, command: Command) -> Feasibility:
     - with the plausibility watch of the protection, a level of the force below an eighth of the actuator's
       capacity, or a sample rate below 250 times the natural frequency. In a building it is that of each floor
       while the others are at rest;
+    - with the watch, a play of the attachment of 0.02 mm or more, or of 0.1 mm if the motion is measured at
+      the structure;
     - a flow or valve gain that self-calibration may take for the fault of a sensor because of noise in its
       band beside the motion, if the displacement's error without learning exceeds its limit;
     - a droop without ``compensation.supply_correction``, if the displacement's error at the lowest pressure

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from eft import _native
 from eft._display import shown
-from eft._floors import floor_frequencies, floor_mass
+from eft._finding import GRADES, ROUNDED, Changes, Finding, Grade
+from eft._findings_of_protection import of_protection
+from eft._floors import floor_mass
 from eft._force_loop import design_force_loop
 from eft._native import Rig, stability_margin
 from eft._status import Status
-
-Grade = Literal["go", "caution", "no"]
-GRADES: tuple[Grade, ...] = ("go", "caution", "no")
-Changes = tuple[tuple[str, Any], ...]
 
 LARGEST_OF_STROKE = 0.95
 """Share of the stroke, and below of the stall force, that should not be exceeded."""
@@ -34,27 +31,12 @@ _FLOWS = ("velocity", "flow", "hydraulic power")
 _NAMED = 3
 """Largest number of names in the list of values that the controller does not have."""
 
-LEAST_LEVEL = 1 / 8
-"""The lowest advised level of the force over the actuator's capacity."""
-LEAST_SAMPLES = 250.0
-"""The lowest advised sample rate over the natural frequency, with the protection."""
-ROUNDED = 0.995
-"""Share of an advised value that passes, because sentences round it."""
-
 SELF_CALIBRATION: Changes = (
     ("compensation.mode", "nonlinear"),
     ("compensation.adaptive", True),
     ("compensation.feedforward", True),
     ("compensation.look_ahead", True),
 )
-
-
-class Finding(NamedTuple):
-    """One finding against a test."""
-
-    grade: Grade
-    sentence: str
-    remedies: Changes = ()
 
 
 class Facts(NamedTuple):
@@ -275,38 +257,6 @@ def better_loop(rig: Rig, gain: float | None) -> Changes:
         keys = ("controller.proportional_gain", "controller.derivative_gain")
         return tuple((key, float(f"{factor * rig[key]:.6g}")) for key in keys)
     return (("controller.force_loop", "robust"),)
-
-
-def of_protection(
-    rig: Rig, rate: float, outside: bool = False, floor: int | None = None
-) -> Iterator[Finding]:
-    """Cautions on conditions with which faults exceeded the force's level most often on random rigs."""
-    if not (rig["protection.enabled"] and rig["protection.plausibility"]):
-        return
-    form, level = shown("force"), rig["protection.force_trip"]
-    capacity = rig["actuator.piston_area"] * rig["supply.pressure"]
-    if level is not None and level < ROUNDED * LEAST_LEVEL * capacity:
-        yield Finding(
-            "caution",
-            f"The level protection.force_trip = {form(level)} is {100 * level / capacity:.1f} % of the "
-            f"actuator's capacity, advised at least {100 * LEAST_LEVEL:.1f} % "
-            f"({form(LEAST_LEVEL * capacity)}): on random rigs 22 % of the faults of the load cell drove the "
-            "force beyond 1.75 times lower levels, and 2.6 % beyond 1.75 times this one.",
-        )
-    own = floor_frequencies(rig)
-    floors = range(len(own)) if floor is None else [floor]
-    fast = [] if outside else [i for i in floors if rate < ROUNDED * LEAST_SAMPLES * own[i]]
-    if fast:
-        named = (f"{own[i]:.3g} Hz" + (f" of floor {i + 1}" if len(own) > 1 else "") for i in fast)
-        times = (f"{rate / own[i]:.0f} times " for i in fast)
-        what = itertools.chain(["the natural frequency of "], itertools.repeat("that of "))
-        rates = " and ".join(map("".join, zip(times, what, named, strict=False)))
-        yield Finding(
-            "caution",
-            f"The sample rate {rate:g} Hz is {rates}, advised at least {LEAST_SAMPLES:.0f} times "
-            f"({LEAST_SAMPLES * max(own[i] for i in fast):.0f} Hz) with the protection: on random rigs 2.6 % "
-            "of the faults drove the force beyond 1.75 times its level below this rate, and 0.6 % above it.",
-        )
 
 
 def _supply(facts: Facts) -> Iterator[Finding]:

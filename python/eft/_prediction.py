@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from eft import _native
 from eft._display import shown
-from eft._findings import Finding, Grade, above, worst
+from eft._finding import Finding, Grade
+from eft._findings import above, worst
 from eft._native import Command, Rig
 
 NOTICED = 5e-4

@@ -10,17 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from eft import _native
-from eft._findings import (
-    GRADES,
-    NO_FORCE,
-    SELF_CALIBRATION,
-    Facts,
-    Finding,
-    Grade,
-    of_demands,
-    of_facts,
-    worst,
-)
+from eft._finding import GRADES, Finding, Grade
+from eft._findings import NO_FORCE, SELF_CALIBRATION, Facts, of_demands, of_facts, worst
 from eft._native import Command, Rig
 from eft._status import Status
 from eft._table import METRICS, Metrics

@@ -2,6 +2,7 @@
 
 import pytest
 
+from eft._findings_of_protection import FALSE_ALARMS, SOUND_TESTS
 from test_study_pages import DOCS, same
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
@@ -154,6 +155,15 @@ def test_the_kept_tests_with_a_play_are_what_the_code_gives(script):
             row = next(row for row in rows if row["side"] == side)
             number = int(row["rig"])
             same(row, study.judged(number, cases[number], study.SEED))
+
+
+def test_the_remark_on_a_play_has_the_kept_counts(script):
+    study, tables = script("safety_play"), script("safety_tables")
+    for side, alarms in FALSE_ALARMS.items():
+        for play in study.PLAYS:
+            rows = tables.of_play(play, side)
+            assert len(tables.false_alarms(rows)) == alarms.get(play, 0)
+            assert len(rows) == SOUND_TESTS
 
 
 def test_the_pages_on_the_protection_state_the_kept_tests_with_a_play(script):

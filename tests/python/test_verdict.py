@@ -378,6 +378,26 @@ def test_each_floor_whose_sample_rate_is_low_for_the_protection_is_told_in_one_r
     assert told(250.0 * own[1]) == ([], [[], [], []])
 
 
+@pytest.mark.parametrize(
+    ("side", "play", "told"),
+    [
+        ("piston", 1.9e-5, None),
+        ("piston", 2e-5, "0.02 mm and the motion measured at the piston it did in 23 of 128"),
+        ("piston", 3e-4, "0.2 mm and the motion measured at the piston it did in 109 of 128"),
+        ("structure", 9e-5, None),
+        ("structure", 1e-4, "0.1 mm and the motion measured at the structure it did in 5 of 128"),
+    ],
+)
+def test_a_play_that_may_trip_a_sound_test_is_told(side, play, told):
+    rig = RIG.replace(GUARDED | {"actuator.attachment_play": play, "sensors.motion_at": side})
+    command = eft.sine_sweep(2000.0, 0.5, 3.0, 2.0, 4096.0)
+    found = [one for one in eft.check_feasibility(rig, command).reasons if "sound test" in one]
+    assert found == said(eft.simulate(rig, command), "sound test")
+    assert [told in one for one in found] == ([] if told is None else [True])
+    without = rig.replace({"protection.plausibility": False})
+    assert not [one for one in eft.check_feasibility(without, command).reasons if "sound test" in one]
+
+
 @pytest.mark.parametrize("off", ["protection.enabled", "protection.plausibility"])
 def test_without_the_watch_neither_is_told(off):
     assert of_protection(STIFF | {"protection.force_trip": 12e3, off: False}, 1024.0) == []

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from eft import _native
-from eft._findings import Facts, Grade, of_facts, worst
+from eft._finding import Grade
+from eft._findings import Facts, of_facts, worst
 from eft._native import BatchResult, Command, Rig, __version__, simulate_batch
 from eft._run import TestRun
 from eft._simulate import simulate

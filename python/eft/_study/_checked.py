@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from eft._extras import need
-from eft._findings import GRADES
+from eft._finding import GRADES
 from eft._foreign import Budget, WrongFileError, check_unpacked, ordinary_size, understood
 from eft._study._combinations import MOST
 from eft._study._plan import FORMAT

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from eft._findings import Grade
+from eft._finding import Grade
 from eft._native import Rig, rig_keys
 from eft._run import TestRun
 from eft._study._plan import Test

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eft._files import write_text
-from eft._findings import GRADES, worst
+from eft._finding import GRADES
+from eft._findings import worst
 from eft._native import Rig
 from eft._study import Study
 from eft._study._rows import Column
