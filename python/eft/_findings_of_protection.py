@@ -38,7 +38,7 @@ def of_protection(
             f"The level protection.force_trip = {form(level)} is {100 * level / capacity:.1f} % of the "
             f"actuator's capacity, advised at least {100 * LEAST_LEVEL:.1f} % "
             f"({form(LEAST_LEVEL * capacity)}): on random rigs 22 % of the faults of the load cell drove the "
-            "force beyond 1.75 times lower levels, and 2.6 % beyond 1.75 times this one.",
+            "force beyond 1.75 times lower levels, and 2.8 % beyond 1.75 times this one.",
         )
     own = floor_frequencies(rig)
     floors = range(len(own)) if floor is None else [floor]
@@ -51,7 +51,7 @@ def of_protection(
         yield Finding(
             "caution",
             f"The sample rate {rate:g} Hz is {rates}, advised at least {LEAST_SAMPLES:.0f} times "
-            f"({LEAST_SAMPLES * max(own[i] for i in fast):.0f} Hz) with the protection: on random rigs 2.6 % "
+            f"({LEAST_SAMPLES * max(own[i] for i in fast):.0f} Hz) with the protection: on random rigs 2.9 % "
             "of the faults drove the force beyond 1.75 times its level below this rate, and 0.6 % above it.",
         )
 
