@@ -42,6 +42,7 @@ LEVELS = {
     "protection.spool_trip": 0.8,
     "limits.valve_command": 10.0,
 }
+STOPS = {"actuator.stop_stiffness": 1e8}
 # Effects that the controllers do not know, one for each rig in turn.
 EFFECTS: tuple[dict[str, object], ...] = (
     {},
@@ -305,8 +306,8 @@ WAYS: tuple[tuple[str, dict[str, object]], ...] = (
 def responses() -> Iterator[dict[str, object]]:
     """One row per response to a load cell that is lost at full speed."""
     values, _, _ = tests()[0]
-    stops = {"actuator.stop_stiffness": 1e8, "controller.realization": "digital"}
-    base = eft.Rig.zhao2005().replace(LEVELS | random_rigs.noise(1) | stops)
+    digital = {"controller.realization": "digital"}
+    base = eft.Rig.zhao2005().replace(LEVELS | STOPS | random_rigs.noise(1) | digital)
     starts = 3.0 + np.arange(8) / 12.0
     for way, changes in WAYS:
         changed = base.replace(changes)

@@ -92,6 +92,7 @@ def tested(case: tuple[tuple[str, bool], tuple[str, float], int]) -> dict[str, o
     size = share * (random_rigs.RANGES | {"load_pressure": PRESSURE})[signal]
     rig = eft.Rig.zhao2005().replace(
         safety.LEVELS
+        | safety.STOPS
         | random_rigs.noise(moment)
         | random_rigs.SCHEMES[scheme]
         | {"controller.realization": realization}
@@ -132,7 +133,8 @@ def faults_of(number: int, seed: int = SEED) -> list[dict[str, object]]:
         size = share * float(found.rig.plant[f"sensors.{signal}.range"])
         size *= 1.0 if kind == "noise" else random.choice((-1.0, 1.0))
         begin = int(np.ceil(start * rate))
-        rig = found.rig.replace(fault(signal, kind, size, start) | {"sensors.seed": number + 7})
+        changes = fault(signal, kind, size, start) | safety.STOPS | {"sensors.seed": number + 7}
+        rig = found.rig.replace(changes)
         if measured:
             rig = rig.replace(measuring(capacity))
         run = eft.simulate(rig, found.command)
