@@ -26,7 +26,7 @@ SOUND_TESTS = 128
 def of_protection(
     rig: Rig, rate: float, outside: bool = False, floor: int | None = None
 ) -> Iterator[Finding]:
-    """Cautions on conditions with which faults exceeded the force's level most often on random rigs."""
+    """Cautions on conditions with which faults exceeded the force's level, or sound tests were tripped."""
     if not (rig["protection.enabled"] and rig["protection.plausibility"]):
         return
     yield from _of_play(rig)
