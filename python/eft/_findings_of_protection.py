@@ -57,7 +57,7 @@ def of_protection(
 
 
 def _of_play(rig: Rig) -> Iterator[Finding]:
-    """A caution about a play of the attachment with which sound tests were tripped."""
+    """A caution about a play of the attachment with which the protection blamed sound sensors."""
     side, play = rig.plant["sensors.motion_at"], rig.plant["actuator.attachment_play"] or 0.0
     tried = [one for one in FALSE_ALARMS[side] if one <= play]
     if tried:
@@ -66,6 +66,7 @@ def _of_play(rig: Rig) -> Iterator[Finding]:
         remedy = ", or measure the motion at the structure" if side == "piston" else ""
         yield Finding(
             "caution",
-            f"With the play of {1e3 * play:.2g} mm between piston and structure the protection may trip a "
-            f"sound test: with {measured} it did in {alarms} of {SOUND_TESTS}. Shim the clevises{remedy}.",
+            f"With the play of {1e3 * play:.2g} mm between piston and structure the protection may blame a "
+            f"sound sensor: with {measured} it did in {alarms} of {SOUND_TESTS} tests. "
+            f"Shim the clevises{remedy}.",
         )

@@ -388,14 +388,14 @@ def test_each_floor_whose_sample_rate_is_low_for_the_protection_is_told_in_one_r
         ("structure", 1e-4, "0.1 mm and the motion measured at the structure it did in 5 of 128"),
     ],
 )
-def test_a_play_that_may_trip_a_sound_test_is_told(side, play, told):
+def test_a_play_with_which_sound_sensors_are_blamed_is_told(side, play, told):
     rig = RIG.replace(GUARDED | {"actuator.attachment_play": play, "sensors.motion_at": side})
     command = eft.sine_sweep(2000.0, 0.5, 3.0, 2.0, 4096.0)
-    found = [one for one in eft.check_feasibility(rig, command).reasons if "sound test" in one]
-    assert found == said(eft.simulate(rig, command), "sound test")
+    found = [one for one in eft.check_feasibility(rig, command).reasons if "sound sensor" in one]
+    assert found == said(eft.simulate(rig, command), "sound sensor")
     assert [told in one for one in found] == ([] if told is None else [True])
     without = rig.replace({"protection.plausibility": False})
-    assert not [one for one in eft.check_feasibility(without, command).reasons if "sound test" in one]
+    assert not [one for one in eft.check_feasibility(without, command).reasons if "sound sensor" in one]
 
 
 @pytest.mark.parametrize("off", ["protection.enabled", "protection.plausibility"])

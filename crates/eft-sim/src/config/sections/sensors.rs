@@ -88,9 +88,9 @@ section! {
         start: f64 = "s", Float(0.0, 1e6), Optional, "start of the failure";
         duration: Option<f64> = "s", Float(0.0, 1e6), Optional, "duration of the failure; absent means to the end of the test";
         gain: Option<f64> = "", Float(1e-2, 1e2), When("sensors.fault.kind", "gain"), "reading over true value of the failure; needs `sensors.fault.kind = \"gain\"`";
-        offset: Option<f64> = "", Float(-1e9, 1e9), When("sensors.fault.kind", "offset"), "offset of the failure, in the signal's unit; needs `sensors.fault.kind = \"offset\"`";
-        drift: Option<f64> = "", Float(-1e9, 1e9), When("sensors.fault.kind", "drift"), "offset of the failure per second, in the signal's unit; needs `sensors.fault.kind = \"drift\"`";
-        noise: Option<f64> = "", Float(0.0, 1e9), When("sensors.fault.kind", "noise"), "standard deviation of the failure's noise per sample, in the signal's unit; needs `sensors.fault.kind = \"noise\"`";
+        offset: Option<f64> = "", Float(-1e9, 1e9), When("sensors.fault.kind", "offset"), "offset of the failure, in the signal's SI unit; needs `sensors.fault.kind = \"offset\"`";
+        drift: Option<f64> = "", Float(-1e9, 1e9), When("sensors.fault.kind", "drift"), "offset of the failure per second, in the signal's SI unit; needs `sensors.fault.kind = \"drift\"`";
+        noise: Option<f64> = "", Float(0.0, 1e9), When("sensors.fault.kind", "noise"), "standard deviation of the failure's noise per sample, in the signal's SI unit; needs `sensors.fault.kind = \"noise\"`";
     }
 }
 
