@@ -4,7 +4,8 @@
 three tests, with either scheme. It also runs faults of the load cell with a measured load pressure, faults of
 a supply transducer, transient faults on a yielding specimen, and trips by a level. It compares responses to a
 failed load cell, and runs tests of random rigs without a fault. It writes ``data/safety_*.csv``, from which
-`safety_tables` makes the page's tables. The same seed makes the same tests on every machine.
+`safety_tables` and `safety_sound_tables` make the page's tables. The same seed makes the same tests on every
+machine.
 """
 
 import csv

@@ -4,8 +4,8 @@
 a yielding specimen, one for each rig in turn. All four levels are set, and the plausibility watch is on. The
 noise of each rig is stated. Half of the rigs have the designed loop. The others have the paper's with lower
 gains, because with the paper's gains the oil column of most of these rigs is unstable. It writes
-``data/safety_laboratory.csv``, from which `safety_tables` makes a sentence of the page. The same seed makes
-the same tests on every machine.
+``data/safety_laboratory.csv``, from which `safety_sound_tables` makes a sentence of the page. The same seed
+makes the same tests on every machine.
 """
 
 import sys

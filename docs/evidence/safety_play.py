@@ -3,8 +3,8 @@
 ``python docs/evidence/safety_play.py [COUNT] [SEED]`` runs the tests of `safety_laboratory` on rigs of
 another seed. Each play is run with the motion measured at the piston, and at the structure. About two thirds
 of the attachments are springs, which half of the controllers know. No controller knows the play. Each test is
-run once more without the plausibility watch. It writes ``data/safety_play.csv``, from which `safety_tables`
-makes a table of the page. The same seed makes the same tests on every machine.
+run once more without the plausibility watch. It writes ``data/safety_play.csv``, from which
+`safety_sound_tables` makes a table of the page. The same seed makes the same tests on every machine.
 """
 
 import os

@@ -6,16 +6,14 @@ from itertools import permutations
 from pathlib import Path
 
 import numpy as np
-from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SIGNALS, SOUND, SUPPLIES, YIELDING
+from safety import BRAKED, CASES, FAULTS, PRESSURES, RESPONSES, SIGNALS, SUPPLIES, YIELDING
 from safety_disturbed import CASES as CASES_OF_DISTURBED
 from safety_disturbed import DISTURBED, FAILING, SHARES
 from safety_disturbed import RIGS as DISTURBED_RIGS
 from safety_early import FAULTS as EARLY_FAULTS
 from safety_early import VARIANTS
 from safety_estimates import ESTIMATES, SOURCES
-from safety_laboratory import LABORATORY
 from safety_null import BIASES, NULL
-from safety_play import PLAY, PLAYS, SIDES
 from safety_random_rigs import FAULTS as RIG_FAULTS
 from safety_random_rigs import LOWEST_RATE, RIGS, RUN, SENSOR
 from safety_second import SECOND
@@ -98,38 +96,6 @@ def _of_zero() -> str:
                 f"| {1e3 * float(np.median(times)):.1f} ms, {worst} "
                 f"| {beyond(found)} | {max(float(row['force']) for row in found):.1f} |"
             )
-    return "\n".join([*text, ""])
-
-
-def false_alarms(rows: Sequence[Row]) -> list[Row]:
-    """The alarms of tests without a fault that neither an unstable oil column nor a range explains."""
-    alarms = [row for row in rows if row["cause"] != "none" and not row["cause"].endswith("_level")]
-    return [row for row in alarms if row.get("unstable", "0") == "0" and row["out_of_range"] == "0"]
-
-
-def of_play(play: float, side: str) -> list[Row]:
-    """The tests with a play (m) of the attachment and the motion measured at one side of it."""
-    return [row for row in read(PLAY) if (float(row["play"]), row["side"]) == (play, side)]
-
-
-def _of_play() -> str:
-    """False alarms and force error with each play, and with the motion measured at either side of it."""
-    text = ["| play | " + " | ".join(f"motion at the {side} | force error" for side in SIDES) + " |"]
-    text += ["| --- " * (1 + 2 * len(SIDES)) + "|"]
-    for play in PLAYS:
-        cells = []
-        for side in SIDES:
-            rows = of_play(play, side)
-            false = false_alarms(rows)
-            needless = sum(row["unwatched"] == "none" for row in false)
-            error = 100 * float(np.median([float(row["error"]) for row in rows]))
-            cells += [f"{len(false)} of {len(rows)}, {needless}", f"{error:.0f} %"]
-        text.append(f"| {f'{1e3 * play:g} mm' if play else 'none'} | {' | '.join(cells)} |")
-    text += [
-        "",
-        "A cell has the false alarms, and how many of them end a test that no level ends without the",
-        "plausibility watch. The force error is the median of the tests without the watch, rms over rms.",
-    ]
     return "\n".join([*text, ""])
 
 
@@ -400,36 +366,7 @@ def report(folder: Path) -> None:
     write_text(folder / "safety_responses.md", "\n".join([*text, ""]))
     write_text(folder / "safety_null.md", _of_null_bias())
     write_text(folder / "safety_zero.md", _of_zero())
-    write_text(folder / "safety_play.md", _of_play())
     write_text(folder / "safety_disturbed.md", _of_disturbed())
     write_text(folder / "safety_random_rigs.md", _of_random_rigs())
     write_text(folder / "safety_early.md", _of_early())
     write_text(folder / "safety_second.md", _of_second())
-    text = []
-    rows = read(SOUND)
-    by_level = sum(row["cause"].endswith("_level") for row in rows)
-    alarms = [row for row in rows if row["cause"] != "none" and not row["cause"].endswith("_level")]
-    ranged = sum(row["out_of_range"] == "1" for row in alarms)
-    text += [
-        "",
-        f"Of {len(rows)} tests without a fault, {by_level} trip by a level (the fixed scheme swings many "
-        f"of these rigs up). {len(alarms)} trip because measurements disagree. In {ranged} of these a signal "
-        f"is beyond the range of its sensor, which therefore does lie. False alarms: {len(alarms) - ranged}.",
-        "",
-    ]
-    write_text(folder / "safety_sound.md", "\n".join(text))
-    rows = read(LABORATORY)
-    by_level = sum(row["cause"].endswith("_level") for row in rows)
-    alarms = [row for row in rows if row["cause"] != "none" and not row["cause"].endswith("_level")]
-    unstable = [row for row in rows if row["unstable"] == "1"]
-    swings = [row for row in alarms if row["unstable"] == "1"]
-    false = false_alarms(rows)
-    designed = [row for row in rows if row["loop"] == "designed"]
-    wrong = [row for row in false if row["loop"] == "designed"]
-    text = (
-        f"Of {len(rows)} tests on laboratory rigs, {by_level} trip by a level. In {len(alarms)} measurements "
-        f"disagree, and in {len(swings)} of these the oil column is unstable. "
-        f"False alarms: {len(false)}, and {len(wrong)} among the {len(designed)} tests with the designed "
-        f"loop. The oil column is unstable in {len(unstable)} of all tests.\n"
-    )
-    write_text(folder / "safety_laboratory.md", text)

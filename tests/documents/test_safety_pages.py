@@ -144,7 +144,7 @@ def test_the_pages_on_the_protection_state_the_kept_faults_of_a_load_cell_that_r
 
 
 def test_the_kept_tests_with_a_play_are_what_the_code_gives(script):
-    study, tables = script("safety_play"), script("safety_tables")
+    study, tables = script("safety_play"), script("safety_sound_tables")
     kept = tables.read(study.PLAY)
     cases = study.drawn_cases(len(kept), study.SEED)
     # At each side a false alarm, and a play without one. A test with a large error multiplies the last bit.
@@ -159,7 +159,7 @@ def test_the_kept_tests_with_a_play_are_what_the_code_gives(script):
 
 
 def test_the_remark_on_a_play_has_the_kept_counts(script):
-    study, tables = script("safety_play"), script("safety_tables")
+    study, tables = script("safety_play"), script("safety_sound_tables")
     for side, alarms in FALSE_ALARMS.items():
         for play in study.PLAYS:
             rows = tables.of_play(play, side)
@@ -168,7 +168,7 @@ def test_the_remark_on_a_play_has_the_kept_counts(script):
 
 
 def test_the_pages_on_the_protection_state_the_kept_tests_with_a_play(script):
-    study, tables = script("safety_play"), script("safety_tables")
+    study, tables = script("safety_play"), script("safety_sound_tables")
     text, safety, checks = (
         " ".join(page.read_text(encoding="utf-8").split())
         for page in (
