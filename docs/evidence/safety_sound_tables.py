@@ -56,10 +56,9 @@ def report(folder: Path) -> None:
     by_level = sum(row["cause"].endswith("_level") for row in rows)
     alarms, false = by_measurements(rows), false_alarms(rows)
     text = (
-        f"\nOf {len(rows)} tests without a fault, {by_level} trip by a level (the fixed scheme swings many "
-        f"of these rigs up). {len(alarms)} trip because measurements disagree. In {len(alarms) - len(false)} "
-        "of these a signal is beyond the range of its sensor, which therefore does lie. "
-        f"False alarms: {len(false)}.\n"
+        f"\nOf {len(rows)} tests without a fault, {by_level} trip by a level. {len(alarms)} trip because "
+        f"measurements disagree. In {len(alarms) - len(false)} of these a signal is beyond the range of its "
+        f"sensor, which therefore does lie. False alarms: {len(false)}.\n"
     )
     write_text(folder / "safety_sound.md", text)
     rows = read(LABORATORY)
