@@ -38,7 +38,7 @@ HEADER := crates/eft-ffi/header
 MSRV = $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 .NOTPARALLEL:
-.PHONY: help demo test test-rust test-python test-documents lint lint-rust lint-python header firmware boards prove mutants coverage bench docs explore dist dist-check release-check build msrv clean
+.PHONY: help demo test test-rust test-python test-browser test-documents lint lint-rust lint-python header firmware boards prove mutants coverage bench docs explore dist dist-check release-check build msrv clean
 
 help: ## List the targets
 	@grep -hE '^[a-z-]+:.*##' $(firstword $(MAKEFILE_LIST)) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -48,7 +48,7 @@ demo: $(VENV)/.built ## Run the paper's tests: a table, figures and a report (DE
 
 build: $(VENV)/.built ## Build the package into .venv, optimized
 
-test: $(VENV)/.made ## Build and run every host test of the code; `make docs` tests what the documents say
+test: $(VENV)/.made ## Build and run every host test of the code; `make docs` tests what the documents say, `make explore` the pages in Chromium
 	# The packages for the Python tests are downloaded while Rust compiles. The extension comes first: its dependencies
 	# compile beside eft-sim, and the Rust tests then find both built.
 	$(MAKE) --no-print-directory $(VENV)/.packages & packages=$$!; \
@@ -63,6 +63,9 @@ test-rust:
 test-python: export OPENBLAS_NUM_THREADS := 1
 test-python: $(VENV)/.importable $(VENV)/.extra-test
 	$(PY) -m pytest $(PYTEST_ARGS)
+
+test-browser: $(VENV)/.importable $(VENV)/.extra-test
+	$(PY) -m pytest $(PYTEST_ARGS) -rs tests/browser
 
 test-documents: $(VENV)/.importable $(VENV)/.extra-test
 	$(PY) -m pytest $(PYTEST_ARGS) tests/documents
@@ -123,7 +126,7 @@ docs: $(VENV)/.built $(VENV)/.extra-docs test-documents ## Test what documents, 
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
-explore: $(PAGE) ## Make the virtual rig as one page for a browser and for notebooks, docs/_explore/eft.html
+explore: $(PAGE) test-browser ## Make the virtual rig as one page for a browser and for notebooks, docs/_explore/eft.html, and test it and the charts of reports in Chromium
 
 $(PAGE): $(VENV)/.made $(RUST_SOURCES) crates/eft-web/page/build.py crates/eft-web/page/explore.html
 	$(CARGO) build --locked --profile web --target wasm32-unknown-unknown --package eft-web --lib

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-import browsers
 import pictures
 
 # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that: tests of an
@@ -28,13 +27,6 @@ def pytest_collection_finish():
     # Rarely: what the tests keep is little, and the collector would look for it at every figure.
     gc.set_threshold(20_000, 20, 100)
     gc.enable()
-
-
-@pytest.fixture(scope="session")
-def browser(tmp_path_factory):
-    """A headless Chromium for all tests of this process."""
-    with browsers.started(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

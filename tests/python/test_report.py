@@ -1,29 +1,22 @@
-"""The report: its content, and its charts in a headless Chromium if that is installed."""
+"""The report: its content. `tests/browser` draws its charts."""
 
-import base64
 import dataclasses
-import hashlib
-import json
 import re
 
 import numpy as np
 import pytest
 
 import eft
-from browsers import CHROMIUM
+import reports
 from eft.cli import main
 from eft.report import write_report, write_study_report
 from eft.report._charts import MOST, _thin
+from reports import charts, stored
 
 
 @pytest.fixture(scope="module")
 def runs():
-    rig = eft.Rig.zhao2005()
-    command = eft.sine_sweep(8900.0, 0.0, 10.0, 32.0, 4096.0)
-    return {
-        mode: eft.simulate(rig.replace({"compensation.mode": mode}), command)
-        for mode in ("nonlinear", "linear")
-    }
+    return reports.both_modes()
 
 
 @pytest.fixture(scope="module")
@@ -38,19 +31,6 @@ def test_what_is_no_run_is_refused(runs, tmp_path):
         ):
             write_report(wrong, tmp_path / "wrong.html")
     assert not list(tmp_path.iterdir())
-
-
-def charts(text):
-    return [json.loads(_unescape(spec)) for spec in re.findall(r'data-chart="([^"]*)"', text)]
-
-
-def _unescape(text):
-    return text.replace("&quot;", '"').replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
-
-
-def stored(text, name):
-    data = re.search(rf'id="{name}">([^<]*)<', text)[1]
-    return np.frombuffer(base64.b64decode(data), dtype="<f4")
 
 
 def test_page_holds_all_and_reaches_for_nothing(page):
@@ -151,8 +131,7 @@ def test_a_run_that_tripped_is_no_whole_test(runs):
 
 @pytest.fixture(scope="module")
 def tripped():
-    rig = eft.Rig.zhao2005().replace({"protection.enabled": True, "protection.force_trip": 4000.0})
-    return eft.simulate(rig, eft.sine_sweep(8900.0, 0.5, 6.0, 6.0, 1024.0))
+    return reports.tripped()
 
 
 def test_charts_mark_the_moment_of_a_trip_with_its_cause(tripped, runs, tmp_path):
@@ -168,27 +147,6 @@ def test_charts_mark_the_moment_of_a_trip_with_its_cause(tripped, runs, tmp_path
     assert charts(both.read_text(encoding="utf-8"))[0]["marks"][0]["label"] == "guarded tripped: force level"
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_a_trip_is_marked_in_its_place(tripped, browser, tmp_path):
-    told = """<script>
-      const marked = [];
-      const fillText = CanvasRenderingContext2D.prototype.fillText;
-      CanvasRenderingContext2D.prototype.fillText = function (words, x, y) {
-        if (words.startsWith("tripped")) marked.push(x);
-        return fillText.call(this, words, x, y);
-      };
-    </script>"""
-    seen = """<script>
-      const first = window.eftCharts[0];
-      const place = 70 + (first.spec.marks[0].x / first.map.x1) * first.map.inner.w;
-      const answer = { marked: marked[0], place, charts: window.eftCharts.filter((c) => c.spec.link).length,
-        count: marked.length };
-      document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
-    </script>"""
-    answer = opened(browser, write_report(tripped, tmp_path / "a.html"), tmp_path, told, seen)
-    assert abs(answer["marked"] - answer["place"]) <= 6 and answer["count"] >= answer["charts"]
-
-
 def test_command_line_writes_the_report(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["run", "--sweep", "2000", "0", "10", "4", "-o", "a.eft"]) == 0
@@ -196,8 +154,6 @@ def test_command_line_writes_the_report(tmp_path, monkeypatch, capsys):
     assert len(charts((tmp_path / "a.html").read_text(encoding="utf-8"))) == 9
 
 
-ONE_GAIN = {"compensation.curve_correction": False}
-ADAPTIVE = {"compensation.adaptive": True, "compensation.feedforward": True} | ONE_GAIN
 FOUND = (
     "over the configured (1)",
     "response delay (ms)",
@@ -208,11 +164,7 @@ FOUND = (
 
 @pytest.fixture(scope="module")
 def learned():
-    """A fixed controller, one that adapts, and one that corrects its curve as well."""
-    rig = eft.Rig.zhao2005().replace({"servovalve.flow_gain_scale": 1.05})
-    command = eft.sine_sweep(8900.0, 0.0, 10.0, 16.0, 4096.0)
-    changes = {"fixed": {}, "adaptive": ADAPTIVE, "curve": ADAPTIVE | {"compensation.curve_correction": True}}
-    return {name: eft.simulate(rig.replace(change), command) for name, change in changes.items()}
+    return reports.learned()
 
 
 def test_what_an_adaptive_controller_found_is_shown_and_of_it_alone(learned, tmp_path):
@@ -242,120 +194,9 @@ def test_what_an_adaptive_controller_found_is_shown_and_of_it_alone(learned, tmp
     assert 1.03 < stored(text, ratio["y"])[8:12].mean() < 1.07
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_the_estimates_are_drawn_without_an_error(learned, browser, tmp_path):
-    page = write_report(learned, tmp_path / "a.html")
-    answer = opened(browser, page, tmp_path)
-    assert answer["errors"] == []
-    assert len(answer["before"]) == len(charts(page.read_text(encoding="utf-8")))
-    # The charts of the estimates come last. A level that stays 1 is hidden by its rule.
-    assert answer["missing"][-3:] == [0] * 3 and min(answer["before"][-4:]) > 3
-
-
-PROBE = """
-<script>
-  const errors = [];
-  window.addEventListener("error", (event) => errors.push(event.message));
-  console.error = (...words) => errors.push(words.join(" "));
-</script>
-"""
-ACT = """
-<script>
-  const point = (type, target, x, y) => target.dispatchEvent(
-    new PointerEvent(type, { clientX: x, clientY: y, bubbles: true, cancelable: true }));
-  const painted = (canvas) => {
-    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-    // Whole pixels: alpha, blue, green and red from the highest byte on.
-    const pixels = [...new Set(new Uint32Array(data.buffer))].filter((pixel) => pixel >>> 24 === 255);
-    return pixels.map((pixel) => [0, 8, 16].map((place) => (pixel >> place) & 255).join());
-  };
-  const charts = window.eftCharts;
-  const before = charts.map((c) => painted(c.canvas).length);
-  const used = charts.map((c) => c.series.map((s) => s.color));
-  const first = charts[0], box = first.canvas.getBoundingClientRect();
-  const inner = first.map.inner;
-  point("pointerdown", first.canvas, box.left + 70 + inner.w * 0.25, box.top + 100);
-  point("pointermove", window, box.left + 70 + inner.w * 0.5, box.top + 100);
-  point("pointerup", window, box.left + 70 + inner.w * 0.5, box.top + 100);
-  const zoomed = charts.map((c) => c.view && c.view.x);
-  const vertical = [first.map.y0, first.map.y1];
-  first.canvas.dispatchEvent(new MouseEvent("dblclick", { bubbles: true }));
-  const after = charts.map((c) => c.view);
-  const bytes = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16)).join();
-  const unseen = (c, colors) => c.series.filter((s) => !colors.includes(bytes(s.color)));
-  const missing = charts.map((c) => unseen(c, painted(c.canvas)).length);
-  const answer = { errors, missing, before, used, zoomed, vertical, after };
-  document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
-</script>
-"""
-
-
-TICKS = """
-<style>body { max-width: 368px; padding: 0; }</style>
-<script>
-  // Numbers below the charts are centred, those beside them stand to the right.
-  const told = new Map();
-  const fillText = CanvasRenderingContext2D.prototype.fillText;
-  CanvasRenderingContext2D.prototype.fillText = function (words, ...place) {
-    if (!told.has(this.canvas)) told.set(this.canvas, { center: [], right: [] });
-    if (/^-?[0-9.]+$/.test(words)) told.get(this.canvas)[this.textAlign].push(words);
-    return fillText.call(this, words, ...place);
-  };
-</script>
-"""
-TOLD = """
-<script>
-  const answer = window.eftCharts.map((c) => ({ ...told.get(c.canvas), width: c.canvas.clientWidth }));
-  document.body.insertAdjacentHTML("beforeend", `<pre id="probe">${btoa(JSON.stringify(answer))}</pre>`);
-</script>
-"""
-
-
-def opened(browser, page, folder, probe=PROBE, act=ACT):
-    """The state of a page in a headless Chromium after a zoom into its first figure."""
-    text = page.read_text(encoding="utf-8")
-    probed = folder / "probed.html"
-    # In its own scope, so that its names differ from those of the page.
-    text = text.replace("</head>", probe + "</head>", 1).replace("</body>", act + "</body>", 1)
-    # The page allows its own script only, so these two are added to its policy.
-    for script in re.findall(r"<script>(.*?)</script>", probe + act, re.DOTALL):
-        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
-        text = text.replace("; script-src ", f"; script-src 'sha256-{digest}' ", 1)
-    probed.write_text(text, encoding="utf-8")
-    with browser.page(probed.as_uri(), height=2400) as shown:
-        return shown.probe()
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_every_figure_draws_and_zooms_without_an_error(page, browser, tmp_path):
-    answer = opened(browser, page, tmp_path)
-    assert answer["errors"] == [] and answer["missing"] == [0] * 9
-    assert len(answer["before"]) == 9 and min(answer["before"]) > 10
-    # From a quarter to half of 32 s, in every history and in no other chart.
-    time_charts, others = answer["zoomed"][:7], answer["zoomed"][7:]
-    for view in time_charts:
-        assert view == pytest.approx([8.0, 16.0], abs=0.1)
-    assert others == [None, None]
-    assert answer["after"] == [None] * 9
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_a_narrow_page_has_three_numbers_at_least_on_every_axis(page, browser, tmp_path):
-    charts = opened(browser, page, tmp_path, TICKS, TOLD)
-    assert len(charts) == 9 and all(chart["width"] <= 400 for chart in charts)
-    for chart in charts:
-        assert 3 <= len(set(chart["center"])) <= 8 and 3 <= len(set(chart["right"])) <= 16, chart
-
-
 @pytest.fixture(scope="module")
 def study():
-    command = eft.sine_sweep(8900.0, 0.5, 4.0, 1.0, 1024.0)
-    grid = {
-        "compensation.mode": ["linear", "nonlinear"],
-        "structure.mass": [6000.0, 7040.0],
-        "actuator.stroke": [0.127, 0.001],
-    }
-    return eft.study(eft.Rig.zhao2005(), {"<a>": command}, grid)
+    return reports.study()
 
 
 def test_the_report_of_a_study_shows_its_rows(study, tmp_path):
@@ -376,14 +217,6 @@ def test_the_report_of_a_study_shows_its_rows(study, tmp_path):
         100
         * np.sort(study["nrmse"][(study["compensation.mode"] == "linear") & (study["status"] == "completed")])
     )
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_in_chromium_the_report_of_a_study_draws(study, browser, tmp_path):
-    answer = opened(browser, write_study_report(study, tmp_path / "s.html"), tmp_path)
-    assert answer["errors"] == [] and answer["missing"] == [0] * 6
-    first, *others = answer["zoomed"]
-    assert first is not None and others == [None] * 5
 
 
 def test_report_of_a_study_on_the_command_line(tmp_path, monkeypatch, capsys):
