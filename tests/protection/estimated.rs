@@ -50,11 +50,11 @@ fn faults_without_a_velocity_sensor_stay_within_the_limits() {
         assert_eq!(seen(&run, 0.0).cause, Cause::None, "{source}");
         for signal in ["force", "displacement", "spool"] {
             let mut worst = [0.0_f64; 3];
-            for kind in KINDS {
-                let rigs = starts.map(|start| sound.replace(&fault(signal, kind, start)).unwrap());
-                for (start, run) in starts.into_iter().zip(runs(&rigs, &command)) {
-                    bench.worsen(&mut worst, &seen(&run, start));
-                }
+            let faults = KINDS.into_iter().flat_map(|kind| starts.map(|start| (kind, start)));
+            let failing = faults.clone().map(|(kind, start)| fault(signal, kind, start));
+            let rigs: Vec<_> = failing.map(|fault| sound.replace(&fault).unwrap()).collect();
+            for ((_, start), run) in faults.zip(runs(&rigs, &command)) {
+                bench.worsen(&mut worst, &seen(&run, start));
             }
             let [noticed, force, displacement] = worst;
             assert!(noticed < 0.6 && force < 2.25 && displacement < 1.0, "{source}, {signal}: {worst:?}");

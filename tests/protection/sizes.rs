@@ -139,19 +139,17 @@ fn with_a_wrong_flow_gain_the_displacement_is_still_the_one_that_is_named() {
     bench.lasts = LATER + 1.7;
     for (gain, most) in [(1.03, 1.0), (1.05, 1.75)] {
         let rig = bench.rig.replace(&[("truth.servovalve.flow_gain_scale", gain.into())]).unwrap();
-        for kind in ["stuck", "zero", "sign"] {
-            // With 5 % the force leaves its command after the trip, so that the velocity is doubted.
-            let starts = moments(bench, (0..100).step_by(12).chain([42, 94]));
-            let rigs: Vec<_> = starts
-                .iter()
-                .map(|start| rig.replace(&fault("displacement", kind, *start)).unwrap())
-                .collect();
-            for (start, run) in starts.into_iter().zip(runs(&rigs, &bench.command())) {
-                let s = seen(&run, start);
-                let what = format!("{gain}: {kind} at {start}: {:.0} N", s.force);
-                assert_eq!(s.cause, Cause::DisplacementImplausible, "{what}");
-                assert!(s.force < most * bench.force_trip, "{what}");
-            }
+        // With 5 % the force leaves its command after the trip, so that the velocity is doubted.
+        let starts = moments(bench, (0..100).step_by(12).chain([42, 94]));
+        let kinds = ["stuck", "zero", "sign"].into_iter();
+        let faults: Vec<_> = kinds.flat_map(|kind| starts.iter().map(move |start| (kind, *start))).collect();
+        let failing = faults.iter().map(|(kind, start)| fault("displacement", kind, *start));
+        let rigs: Vec<_> = failing.map(|fault| rig.replace(&fault).unwrap()).collect();
+        for ((kind, start), run) in faults.into_iter().zip(runs(&rigs, &bench.command())) {
+            let s = seen(&run, start);
+            let what = format!("{gain}: {kind} at {start}: {:.0} N", s.force);
+            assert_eq!(s.cause, Cause::DisplacementImplausible, "{what}");
+            assert!(s.force < most * bench.force_trip, "{what}");
         }
     }
 }

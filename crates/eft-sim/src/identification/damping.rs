@@ -244,7 +244,9 @@ mod tests {
         ] {
             let damped = omega * f64::sqrt(1.0 - zeta * zeta);
             let mut found = Vec::new();
-            for _ in 0..200 {
+            // Where few cycles are seen the share within two deviations is nearest to its bound.
+            let draws = if samples < 200 { 200 } else { 100 };
+            for _ in 0..draws {
                 let (mut last, mut before, phase) = (0.0, 0.0, TAU * uniform());
                 let mut value = |i: i32| {
                     let next = 2.0 * radius * f64::cos(angle) * last - radius * radius * before + uniform();
@@ -263,8 +265,8 @@ mod tests {
                 let (error, stated) = errors().fold((0.0, 0.0), |sum, (e, u)| (sum.0 + e * e, sum.1 + u * u));
                 let times = f64::sqrt(stated / error);
                 assert!(
-                    within >= 180 && times < 2.2,
-                    "{radius} {zeta} {samples}: {within} of 200, {times:.2}"
+                    10 * within >= 9 * draws && times < 2.2,
+                    "{radius} {zeta} {samples}: {within} of {draws}, {times:.2}"
                 );
             }
         }

@@ -72,7 +72,7 @@ fn exchange_error(rig: &RigConfig, rate: f64) -> f64 {
     let mut outside = inside.clone();
     let stories = inside.readings().len();
     let (mut x, mut v, mut worst) = (vec![0.0; stories], vec![0.0; stories], 0.0_f64);
-    for i in 0..(4.0 * rate) as u32 {
+    for i in 0..(2.0 * rate) as u32 {
         // Held over the samples of the lowest rate, so that every rate runs the same test.
         let t = (f64::from(i) / rate * 512.0).floor() / 512.0;
         let commands = [0.1 * (10.0 * t).sin(), 0.05 * (11.0 * t).sin()];

@@ -23,7 +23,7 @@ fn the_uncertainty_holds_with_noise_of_the_spool() {
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
     let (mut within, mut outer_within, mut points, mut outer, mut square) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for _ in 0..100 {
+    for _ in 0..50 {
         let (bend, skew) = (0.2 * uniform(), 0.08 * (uniform() - 0.5));
         let (spool_noise, noise) = (2e-3 * uniform(), libm::pow(10.0, -7.0 + 3.0 * uniform()));
         let tests: Vec<(Vec<f64>, Vec<f64>)> = (0..2)
