@@ -39,7 +39,7 @@ EVERYTHING = {
 
 
 def test_energy_closes_with_every_effect_on_and_closer_with_a_smaller_step():
-    rig, command = RIG.replace(EVERYTHING), eft.sine_sweep(20e3, 0.5, 6.0, 8.0, 4096.0)
+    rig, command = RIG.replace(EVERYTHING), eft.sine_sweep(20e3, 0.5, 2.5, 3.0, 4096.0)
     coarse, fine = (eft.energy_balance(rig, command, largest_step=2.0**-power) for power in (14, 16))
     for balance in (coarse, fine):
         lost = balance.droop + balance.valve + balance.leakage + balance.friction + balance.stops

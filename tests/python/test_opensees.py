@@ -2,18 +2,12 @@
 
 import importlib.util
 import os
-import re
-import subprocess
-import sys
-import threading
-from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import eft
-from eft.opensees import Site, serve
+from finite_elements import displacements, site
 
 if importlib.util.find_spec("openseespy") is None:
     pytest.skip("openseespy is not installed: pip install openseespy", allow_module_level=True)
@@ -21,42 +15,6 @@ if importlib.util.find_spec("openseespy") is None:
 RATE = 2048.0
 RIG = eft.Rig.zhao2005().replace({"structure.kind": "linear"})
 FIRMWARE = os.environ.get("EFT_FIRMWARE")
-PAGE = Path(__file__).resolve().parents[2] / "docs/how-to/opensees.md"
-
-
-@contextmanager
-def site(rig):
-    """The port of a site of a rig for one client, and the results of that client."""
-    visits, ports, started = [], [], threading.Event()
-
-    def ready(_, port):
-        ports.append(port)
-        started.set()
-
-    def work():
-        serve(Site(rig), port=0, clients=1, ready=ready, visited=visits.append)
-
-    server = threading.Thread(target=work, daemon=True)
-    server.start()
-    assert started.wait(10.0)
-    yield ports[0], visits
-    server.join(30.0)
-
-
-def test_a_model_on_the_rig_moves_as_with_the_same_spring():
-    model, _ = re.findall(
-        r"^```\{code-block\} python\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL
-    )
-    spring = (
-        'ops.uniaxialMaterial("Elastic", 1, 693.8e3); ops.node(2, 0.0); ops.fix(2, 1); '
-        'ops.element("zeroLength", 1, 2, 1, "-mat", 1, "-dir", 1)'
-    )
-    with site(RIG) as (port, visits):
-        found = _displacements(model.replace("8090", str(port)))
-    wanted = _displacements(re.sub(r'ops\.element\("genericClient".*\)', spring, model))
-    assert len(wanted) == 100 and np.abs(wanted).max() > 1e-3
-    np.testing.assert_allclose(found, wanted, atol=1e-3 * np.abs(wanted).max())
-    assert visits[0].steps == 100 and visits[0].ended_well
 
 
 FRAME = """
@@ -94,26 +52,11 @@ def test_a_model_of_three_stories_drives_three_actuators():
         for story, stiffness in enumerate(STORIES, 1)
     ]
     with site(rig) as (port, visits):
-        found = _displacements(FRAME.format(specimen=client.format(f'{port}, "127.0.0.1"')))
-    wanted = _displacements(FRAME.format(specimen="\n".join(springs)))
+        found = displacements(FRAME.format(specimen=client.format(f'{port}, "127.0.0.1"')))
+    wanted = displacements(FRAME.format(specimen="\n".join(springs)))
     assert len(wanted) == 120 and np.abs(wanted).max() > 1e-3
     np.testing.assert_allclose(found, wanted, atol=1e-3 * np.abs(wanted).max())
     assert visits[0].steps == 40 and visits[0].ended_well
-
-
-def test_the_page_s_structure_runs():
-    _, block = re.findall(
-        r"^```\{code-block\} python\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL
-    )
-    done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0 and re.match(r"\d+ mm, ", done.stdout), done.stderr
-
-
-def _displacements(script):
-    # A separate process, because OpenSees has one model and prints at its end.
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    return np.array([float(line) for line in done.stdout.split() if re.match(r"^-?\d", line)])
 
 
 @pytest.fixture

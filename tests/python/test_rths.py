@@ -1,6 +1,5 @@
 """The benchmark of real-time hybrid simulation: its criteria, its plant, the sample controller's range."""
 
-import re
 from pathlib import Path
 
 import control
@@ -16,7 +15,6 @@ pytestmark = pytest.mark.usefixtures("quick_pictures")
 NAN = float("nan")
 RATE = 4096.0
 RECORD = Path(eft.__file__).parent / "data" / "RSN6_IMPVALL.I_I-ELC180-hor1.AT2"
-PAGE = Path(__file__).resolve().parents[2] / "docs/reference/python/hybrid.md"
 TIME = np.arange(8192) / RATE
 
 
@@ -153,12 +151,6 @@ def test_a_perturbed_plant_is_repeatable():
     assert one.a2 == other.a2 == rths.TransferSystem().a2
 
 
-def test_the_sample_controller_lies_in_the_published_range_and_the_page_says_so():
-    rows = re.findall(r"^\| (\d) \|(.+)\|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
-    assert [int(number) for number, _ in rows] == [1, 2, 3, 4]
-    record = eft.read_record(RECORD)
-    for building, (_, printed) in zip(rths.BUILDINGS, rows, strict=True):
-        found = rths.simulate(record, building).criteria
-        assert 0.09 <= found.j2 <= 0.105
-        shown = [float(value) for value in printed.split("|")]
-        np.testing.assert_allclose(shown[2:], [1e3 * found.j1, *(100.0 * np.array(found[1:]))], atol=0.06)
+def test_the_sample_controller_lies_in_the_published_range():
+    found = rths.simulate(eft.read_record(RECORD), rths.BUILDINGS[0]).criteria
+    assert 0.09 <= found.j2 <= 0.105

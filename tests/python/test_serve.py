@@ -27,7 +27,7 @@ BUILDING = RIG.replace({"structure.kind": "shear_building", **STORIES})
 class Served:
     """A server in a thread, and the results of its clients."""
 
-    def __init__(self, clients, rig=RIG, **options):
+    def __init__(self, clients, rig=RIG, longest=20.0, **options):
         self.visits, self.address, ready = [], None, threading.Event()
 
         def started(*address):
@@ -35,7 +35,8 @@ class Served:
             ready.set()
 
         def work():
-            serve(Site(rig), port=0, clients=clients, ready=started, visited=self.visits.append, **options)
+            site = Site(rig, longest=longest)
+            serve(site, port=0, clients=clients, ready=started, visited=self.visits.append, **options)
 
         self.thread = threading.Thread(target=work, daemon=True)
         self.thread.start()
@@ -164,7 +165,7 @@ def reset(client):
 
 def silent(client):
     client.sendall(header())
-    time.sleep(1.5)
+    assert not client.recv(1), "the server waits no longer"
 
 
 def one_byte_at_a_time(client):
@@ -219,7 +220,7 @@ def sent(*parts):
     ],
 )
 def test_a_bad_client_is_dropped_in_time_and_the_next_is_served(misbehave):
-    served = Served(2, patience=0.5, idle=1.0)
+    served = Served(2, longest=5.0, patience=0.5, idle=0.6)
     began = time.monotonic()
     client = served.connect()
     misbehave(client)

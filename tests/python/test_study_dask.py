@@ -3,8 +3,6 @@
 import os
 import signal
 
-import dask
-import distributed
 import pytest
 
 import eft
@@ -19,6 +17,12 @@ SAMPLER = eft.studies.LatinHypercube(
 
 @pytest.fixture(scope="module")
 def client():
+    import dask
+
+    # One process imports the packages, and workers are copies of it. Read at the import of distributed.
+    dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"})
+    import distributed
+
     with (
         # The scheduler may try this long to fetch a row from a worker that has just been killed.
         dask.config.set({"distributed.comm.timeouts.connect": "5s"}),
