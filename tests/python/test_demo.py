@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from eft.demo import experiments
+from eft.demo import experiments, figures
 from eft.demo.__main__ import main
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
@@ -79,7 +79,9 @@ def test_a_scale_that_means_nothing_is_refused(scale, capsys):
     assert scale in capsys.readouterr().err
 
 
-def test_own_record_and_scale_are_used(tmp_path):
+def test_own_record_and_scale_are_used(tmp_path, monkeypatch):
+    # The first demonstration has drawn them.
+    monkeypatch.setattr(figures, "sweeps", lambda results: [])
     record = tmp_path / "pulse.csv"
     lines = [f"{0.01 * i:.2f},{0.5 if 100 <= i < 120 else 0.0}" for i in range(400)]
     record.write_text("time (s),acceleration (m/s2)\n" + "\n".join(lines) + "\n")

@@ -58,7 +58,7 @@ def test_the_fit_is_scipys(overlap: float) -> None:
 
 def test_the_uncertainty_covers_over_seeds() -> None:
     sigma = []
-    for seed in range(30):
+    for seed in range(15):
         found = eft.identification.identify_overlap(*strokes(1e-3, 0.0, 1.0, seed), RATE, AREA)
         sigma += [(found - 1e-3) / found.uncertainty, found.null_bias / found.null_bias.uncertainty]
     assert np.mean(np.abs(sigma) < 2.0) > 0.8

@@ -9,6 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 import pytest
 
 import eft
+from children import hide_pandas
 from studies import COMMAND, GRID, RIG, rows
 
 
@@ -95,6 +96,7 @@ def test_a_worker_of_another_version_is_an_error(monkeypatch):
 
 
 def test_memory_does_not_grow_with_the_number_of_tests(tmp_path):
+    hide_pandas(tmp_path)
     script = tmp_path / "study.py"
     script.write_text(
         textwrap.dedent("""

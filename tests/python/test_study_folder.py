@@ -13,6 +13,7 @@ import pyarrow.parquet
 import pytest
 
 import eft
+from children import hide_pandas
 from studies import COMMAND, GRID, RANGES, RIG, rows
 
 
@@ -122,6 +123,7 @@ STUDY = textwrap.dedent("""
 def test_a_kill_loses_at_most_the_chunk_in_flight(tmp_path, how):
     script = tmp_path / "study.py"
     script.write_text(STUDY)
+    hide_pandas(tmp_path)
     folder = tmp_path / "s"
     process = subprocess.Popen([sys.executable, script, folder], stderr=subprocess.PIPE)
     deadline = time.monotonic() + 60
