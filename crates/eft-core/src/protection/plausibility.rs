@@ -198,7 +198,14 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let cause = if displacement {
             self.contradiction_by_flow(state, share)
         } else {
-            self.contradiction(state, share)
+            match self.contradiction(state, share) {
+                // The flow that contradicts the force is that of the spool's reading. After a trip the valve may swing
+                // wider than its model holds for.
+                Cause::ForceImplausible if !control.tripped && self.spool_departs(state, control) => {
+                    Cause::SpoolImplausible
+                }
+                cause => cause,
+            }
         };
         state.balance_blame |= cause == Cause::ForceImplausible;
         let readings = [control.command, state.balance.force, state.motion.displacement];

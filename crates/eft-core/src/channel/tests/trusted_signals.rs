@@ -116,20 +116,29 @@ fn a_force_that_contradicts_the_flow_leaves_the_velocity_in_doubt() {
     state.plausibility.distrust(Cause::ForceImplausible);
     assert!(!channel.distrusts_velocity(&state));
     // A force of wrong sign while the oil of a held piston is compressed. The balance contains the velocity as well.
-    let (mut state, mut tripped) = (channel.at_rest(), false);
     let (size, turn) = (4e3, 0.05);
     let opening = size * turn * RIG.sample_rate * RIG.compressibility / (RIG.piston_area * RIG.flow_gain);
-    for tick in 0..4000 {
-        let angle = turn * f64::from(tick);
-        let (force, spool) = (-size * libm::sin(angle), opening * libm::cos(angle));
-        // Sensors that live.
-        let velocity = 1e-6 * libm::sin(f64::from(tick * tick));
-        let output =
-            channel.step(&mut state, &Input { force, spool, displacement: velocity, velocity, ..swing(0) });
-        tripped |= output.status & status::TRIPPED != 0;
+    for (realization, cause) in [
+        // The valve command is unknown.
+        (Realization::Analog, Cause::ForceImplausible),
+        // The spool does not follow its command, so it is wrong.
+        (Realization::Digital, Cause::SpoolImplausible),
+    ] {
+        let channel =
+            Channel::<f64, 21>::new(&Parameters { realization, protection: WATCHED, ..RIG }).unwrap();
+        let (mut state, mut tripped) = (channel.at_rest(), false);
+        for tick in 0..4000 {
+            let angle = turn * f64::from(tick);
+            let (force, spool) = (-size * libm::sin(angle), opening * libm::cos(angle));
+            // Sensors that live.
+            let velocity = 1e-6 * libm::sin(f64::from(tick * tick));
+            let readings = Input { force, spool, displacement: velocity, velocity, ..swing(0) };
+            let output = channel.step(&mut state, &Input { valve_command: f64::NAN, ..readings });
+            tripped |= output.status & status::TRIPPED != 0;
+        }
+        assert!(tripped && state.cause() == cause, "{:?}", state.cause());
+        assert_eq!(channel.distrusts_velocity(&state), cause == Cause::ForceImplausible);
     }
-    assert!(tripped && state.cause() == Cause::ForceImplausible, "{:?}", state.cause());
-    assert!(channel.distrusts_velocity(&state));
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod judgement;
 mod motion;
 mod opening_offset;
 mod wrong_sign;
+mod wrong_spool;
 
 use super::*;
 use crate::parameters::Parameters;
