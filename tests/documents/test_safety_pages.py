@@ -330,7 +330,9 @@ def test_the_pages_on_the_protection_state_the_kept_disturbed_readings(script):
     fast, moved_failed, moved_most = judged(rows, "displacement", "drift", share="0.2")
     away, away_failed, away_most = judged(rigs, "displacement", "drift")
     spool, spool_failed, spool_most = judged(rows, "spool", "drift")
-    jumps, _, _ = judged(rows, "spool", "offset", share="0.02")
+    jumps, _, jumps_most = judged(rows, "spool", "offset", share="0.02")
+    of_spool, of_force = blamed(jumps, "spool_implausible"), blamed(jumps, "force_implausible")
+    of_others = [float(row["force"]) for row in jumps if row["cause"] != "force_implausible"]
     noisy, noisy_failed, noisy_most = judged(rows, "velocity", "noise", share="0.05")
     more, more_failed, _ = judged(rigs, "velocity", "noise", share="0.05")
     others = [judged(rigs, signal, "dead") for signal in ("velocity", "spool")]
@@ -369,12 +371,16 @@ def test_the_pages_on_the_protection_state_the_kept_disturbed_readings(script):
         (text, f"its level in {moved_failed} of {len(fast)} tests, with {moved_most:.1f} times. On the"),
         (text, f"it did in {away_failed} of {len(away)}, with up to {away_most:.1f} times. In all five"),
         (text, f"in {velocity_failed} of {len(velocity)} tests, with up to {velocity_most:.1f} times at"),
-        (text, f"noticed at {unnoticed(jumps)} of 60 moments, and at the other {60 - unnoticed(jumps)}"),
+        (text, f"noticed at {unnoticed(jumps)} of 60 moments. The spool was blamed at {of_spool},"),
+        (text, f"the load cell at {of_force}. The force reached {jumps_most:.1f} times"),
+        (text, f"its level with the load cell blamed, and {max(of_others):.1f} times otherwise."),
+        (safety, f"noticed at {unnoticed(jumps)} of 60 moments, and at {of_force} the load cell was blamed."),
         (text, f"in {spool_failed} of {len(spool)} tests, with up to {spool_most:.1f} times."),
         (text, f"in {noisy_failed} of {len(noisy)} tests, with up to {noisy_most:.1f} times"),
         (text, f"On the random rigs {more_failed} of {len(more)} did."),
         (text, f"None of all {len(offsets):,} offsets exceeded 1.6"),
-        (text, f"{tables.beyond(of_offsets)} of {len(of_offsets)} exceeded 1.75 times, with up to 6.6"),
+        (text, f"{tables.beyond(of_offsets)} of {len(of_offsets)} exceeded 1.75 times,"),
+        (text, f"with up to {max(float(row['force']) for row in of_offsets):.1f} times. - **A failed"),
         (safety, f"[in {failed} of {len(drift)} tests]"),
         (safety, f"end stop in {len(at_stop)}, with up to {most:.1f} times. On random rigs {rigs_failed} of"),
         (text, f"in all but {blamed(pressures, 'force_implausible')} of {len(pressures)} tests."),
