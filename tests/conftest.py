@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-import pictures
-
 # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that: tests of an
 # interrupt would wait for what never comes.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -32,6 +30,8 @@ def pytest_collection_finish():
 @pytest.fixture(scope="module")
 def quick_pictures():
     """For a module whose tests read what is beside the pictures."""
+    import pictures  # here, because the process that only distributes the tests needs no Matplotlib
+
     with pictures.quick():
         yield
 

@@ -24,6 +24,18 @@ def quick():
         yield
 
 
+@contextmanager
+def blank():
+    """Make figures without drawing them, for tests that have drawn the same ones in other units."""
+
+    def write(_, file, **named):
+        file.write(b"\x89PNG\r\n\x1a\n")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", write)
+        yield
+
+
 def drawn(figure, layout=True):
     """Draw a figure once and with few dots; `savefig` draws and lays it out twice.
 

@@ -23,19 +23,16 @@ def test_a_droop_that_the_controller_does_not_know_is_named_with_its_effect():
     assert run.metrics()["displacement_error"] == pytest.approx(0.34, abs=0.01)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"compensation.supply_correction": True},
-        {"compensation.adaptive": True},
-        {"supply.droop": 2e7},
-    ],
-)
-def test_a_droop_without_effect_is_no_finding(changes):
+def test_a_droop_without_effect_is_no_finding():
     # In this time the droop has its effect without these changes.
     short = eft.sine_sweep(8900.0, 0.5, 10.0, 8.0, 4096.0)
     assert eft.check_feasibility(RIG, short).left_out == ("supply.droop",)
-    rig = RIG.replace(changes)
-    found = eft.check_feasibility(rig, short)
-    assert found.verdict == eft.simulate(rig, short).verdict.grade == "go"
-    assert "supply.droop" not in found.left_out
+    for changes in (
+        {"compensation.supply_correction": True},
+        {"compensation.adaptive": True},
+        {"supply.droop": 2e7},
+    ):
+        rig = RIG.replace(changes)
+        found = eft.check_feasibility(rig, short)
+        assert found.verdict == eft.simulate(rig, short).verdict.grade == "go", changes
+        assert "supply.droop" not in found.left_out, changes
