@@ -1,6 +1,7 @@
 """External structures in whole tests: their results and their failures."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -152,3 +153,37 @@ def test_a_study_makes_a_structure_for_each_test():
     alone = eft.simulate(RIG.replace({"structure.stiffness": 6e5}), SWEEP, structure=weak(RIG))
     assert len(found.run(0)) == len(alone) == len(SWEEP)
     assert rows[0]["nrmse"] == pytest.approx(found.run(0).metrics().nrmse)
+
+
+def test_a_structure_that_fails_at_once_has_a_row_that_says_so():
+    (row,) = eft.study(
+        RIG,
+        SWEEP,
+        [{"structure.mass": 7040.0}],
+        structure=lambda rig: FailsAt(rig, 0.0, failing(eft.StructureError("no model"))),
+        progress=False,
+    )
+    assert (row["status"], row["error"], row["samples"], row["nrmse"]) == ("tripped", "no model", 1, None)
+
+
+def slipping(rig):
+    """A maker for studies with a mistake that only some rigs meet."""
+    if rig["structure.stiffness"] > 7e5:
+        raise KeyError("storey")
+    return Linear(rig)
+
+
+def test_a_mistake_in_one_structure_does_not_affect_the_other_tests():
+    stiffness = {"structure.stiffness": [8e5, 6e5]}
+    found = [eft.study(RIG, SWEEP, stiffness, structure=slipping, progress=False)]
+    with ThreadPoolExecutor(1) as pool:
+        found.append(eft.study(RIG, SWEEP, stiffness, structure=slipping, executor=pool, progress=False))
+    here, there = map(list, found)
+    assert here == there
+    assert [row["status"] for row in here] == ["failed", "completed"]
+    assert here[0]["error"] == "KeyError: 'storey'"
+
+
+def test_a_study_refuses_a_maker_that_is_no_function():
+    with pytest.raises(ValueError, match=r"^structure = 3: must be callable as structure\(rig\)"):
+        eft.study(RIG, SWEEP, {"structure.stiffness": [6e5]}, structure=3)

@@ -86,6 +86,8 @@ def _outside(batch: Batch, test: Test, maker: StructureMaker) -> Outcome:
         metrics = _metrics(run, batch.fft)
     except ValueError as error:
         return Outcome(failed_row(test, "refused", error), None)
+    except Exception as error:
+        return Outcome(failed_row(test, "failed", error), None)
     status, reason = status_of(run.flags)
     told = metrics | _estimates(run)
     reason = run.stopped or reason
@@ -110,7 +112,7 @@ def _metrics(run: TestRun, fft: bool) -> dict[str, float]:
     try:
         return {name: _native.worst(values) for name, values in run.metrics(fft=fft).items()}
     except ValueError:
-        if run.success:
+        if run.success and not run.stopped:
             raise
-        # A diverged test can have values too large for the metrics.
+        # A diverged test can have values too large for the metrics, one that ended at once no command.
         return {"max_spool": _native.worst(np.abs(run.spool).max(axis=-1))}

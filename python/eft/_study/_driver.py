@@ -83,7 +83,8 @@ def study(
         Number of tests that are sent and written together.
     structure : callable, optional
         Makes the external structure for `simulate`; it is called once a test with its rig. Such tests run one
-        after another here, or in the processes of an executor, which must be able to pickle it.
+        after another here, or in the processes of an executor, which must be able to pickle it. An exception
+        of maker or structure is the reason in its test's row.
     progress : bool or callable, optional
         A bar with the remaining time; None shows it only on a terminal. Or a function, called with the number
         of finished tests and their total.
@@ -132,6 +133,8 @@ def study(
             f"executor = {executor!r}: must be a concurrent.futures.Executor; that of a Dask client is "
             "`client.get_executor()`"
         )
+    if structure is not None and not callable(structure):
+        raise ValueError(f"structure = {structure!r}: must be callable as structure(rig)")
     # An executor of another library has its workers on machines that are unknown here.
     workers = None if executor is None else getattr(executor, "_max_workers", 1)
     in_folder, wide = output is not None, structure is None
