@@ -120,6 +120,15 @@ def test_a_combination_that_fails_is_a_row_with_its_reason_and_loses_no_other():
     assert study.count() == {"completed": 1, "refused": 2, "stroke_exceeded": 1}
 
 
+def test_a_tripped_test_has_the_metrics_of_all_its_samples():
+    levels = {"protection.enabled": True, "protection.displacement_trip": 1e-4}
+    study = eft.study(RIG.replace(levels), COMMAND, {"compensation.level": [1.0]}, traces=True)
+    row, run = study.row(0), study.run(0)
+    assert (row["status"], row["samples"]) == ("tripped", len(COMMAND))
+    part = run.to_its_end().metrics()
+    assert row["nrmse"] == pytest.approx(run.metrics().nrmse) and row["nrmse"] > 2.0 * part.nrmse
+
+
 def test_a_diverged_test_says_so():
     study = eft.study(RIG, COMMAND, {"compensation.level": [1.0, 3.0], "structure.damping": [0.0]})
     words = set(study["status"])
