@@ -99,6 +99,17 @@ def test_map_of_rate_and_realization_is_the_margin_of_each():
     assert list(drawn) == ["analog", "digital"]
 
 
+@pytest.mark.parametrize("quantity", ["growth_rate", "level"])
+def test_a_map_over_words_has_them_along_its_axis(quantity):
+    modes = ("compensation.mode", ["off", "linear", "nonlinear"])
+    found = eft.linear.stability_map(RIG, modes, ("structure.damping", [2e3, 4e3]), quantity=quantity)
+    ax = plots.stability_map(found, ax=Figure().subplots())
+    assert [label.get_text() for label in ax.get_xticklabels()] == modes[1]
+    assert list(ax.get_xticks()) == [0, 1, 2] and ax.get_xlabel() == "compensation mode"
+    if quantity == "growth_rate":
+        assert ax.collections[0].get_array().shape == (2, 3)
+
+
 def test_the_named_maps_need_only_a_rig():
     for name, make in eft.linear.STABILITY_MAPS.items():
         found = make(RIG)

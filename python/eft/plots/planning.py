@@ -196,7 +196,10 @@ def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
     """
     ax = axes_or_new(ax)
     across, up = map_axis(found.horizontal_key), map_axis(found.vertical_key)
-    horizontal = found.horizontal * across.factor
+    words = found.horizontal.dtype.kind not in "biuf"
+    horizontal = np.arange(len(found.horizontal)) if words else found.horizontal * across.factor
+    if words:
+        ax.set_xticks(horizontal, found.horizontal)
     if found.quantity == "level" or found.vertical.dtype.kind not in "fiu":
         for label, row, line in zip(
             found.vertical, found.values, lines_for(map(str, found.vertical)), strict=True
@@ -217,7 +220,7 @@ def stability_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
     mesh = ax.pcolormesh(
         horizontal, vertical, shown, cmap="RdBu_r", vmin=-2.0, vmax=2.0, shading="nearest", rasterized=True
     )
-    if min(found.values.shape) > 1 and found.values.min() < 0 < found.values.max():
+    if not words and min(found.values.shape) > 1 and found.values.min() < 0 < found.values.max():
         ax.contour(horizontal, vertical, found.values, levels=[0.0], colors=BLACK, linewidths=1.2)
     ax.figure.colorbar(mesh, ax=ax, label=_QUANTITIES[found.quantity], extend="both")
     finish(ax, xlabel=_axis_label(found.horizontal_key), ylabel=_axis_label(found.vertical_key), legend=False)
