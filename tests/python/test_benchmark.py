@@ -146,6 +146,21 @@ def test_controllers_are_distinguished_by_their_names():
         eft.benchmark.run([], on=NOMINAL, under=SWEEP)
 
 
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"controllers": "pd"}, r"^controllers = 'pd': must be a list of names or classes"),
+        ({"controllers": Unstable}, r"^controllers = 'Unstable': must be a list"),
+        ({"on": [eft.Rig.zhao2005()]}, r"^on = \[.*\]: must be a list of at least one eft.benchmark.Case"),
+        ({"on": []}, r"^on = \[\]: must be a list of at least one"),
+        ({"under": "sweep"}, r"^under = 'sweep': must be a list of at least one eft.benchmark.Excitation"),
+    ],
+)
+def test_other_than_a_list_of_its_kind_is_refused(given, says):
+    with pytest.raises(ValueError, match=says):
+        eft.benchmark.run(**{"controllers": ["pd"], "on": NOMINAL, "under": SWEEP} | given)
+
+
 def test_a_controller_that_loses_every_test_has_no_numbers(mine, capsys):
     (mine / "my_package.py").write_text("class Mine:\n    pass\n", encoding="utf-8")
     assert main(["benchmark", "--short", "--controller", "my_package:Mine"]) == 0

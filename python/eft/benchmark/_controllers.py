@@ -137,6 +137,9 @@ def _outside(name: str, make: object) -> Competitor:
 
 def field_of(competitors: Iterable[str | Competitor | Maker] | None) -> tuple[Competitor, ...]:
     """Return the requested competitors, each once; without a request all that ship."""
+    if isinstance(competitors, str) or not isinstance(competitors, Iterable | None):
+        told = getattr(competitors, "__name__", competitors)
+        raise ValueError(f"controllers = {told!r}: must be a list of names or classes")
     asked = COMPETITORS.values() if competitors is None else [find(one) for one in competitors]
     if not asked:
         raise ValueError("controllers = none: must be at least one")

@@ -81,7 +81,8 @@ def run(
     Raises
     ------
     ValueError
-        If a controller cannot be found, none is given, or two different ones have the same name.
+        If a controller cannot be found, none is given, or two different ones have the same name. If `on` or
+        `under` holds something else, or nothing.
 
     Examples
     --------
@@ -98,6 +99,8 @@ def run(
     competitors = field_of(controllers)
     rigs = cases(short=short, random=random, seed=seed) if on is None else on
     commands = commands_of(short) if under is None else under
+    _check("on", rigs, Case)
+    _check("under", commands, Excitation)
     total, rows = len(competitors) * len(rigs) * len(commands), list[Row]()
     for case in rigs:
         known = case.rig.replace({"truth": None})
@@ -111,3 +114,9 @@ def run(
     if progress is not None:
         progress(total, total)
     return Benchmark(tuple(rows))
+
+
+def _check(name: str, given: Sequence[object], kind: type) -> None:
+    """Refuse an empty list, and one of other objects."""
+    if isinstance(given, str) or not given or not all(isinstance(one, kind) for one in given):
+        raise ValueError(f"{name} = {given!r}: must be a list of at least one eft.benchmark.{kind.__name__}")
