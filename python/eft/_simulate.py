@@ -169,7 +169,7 @@ def simulate(
         force and spool. Further readings are named: ``supply_pressure``, ``displacement``, ``acceleration``
         and ``next_command``. It returns the valve command in V. Sensors and converter are the rig's. The
         force loop is digital, and the rig's protection is off. Arguments and result have single precision. An
-        exception of the controller ends the call.
+        exception of the controller ends the call. A shear building is refused.
     structure : callable, optional
         Replaces the rig's structure. It is called once a sample as ``structure(force, dt)`` with the mean
         force over the sample in N and its length in s. It returns displacement (m) and velocity (m/s) at the
@@ -228,6 +228,10 @@ def simulate(
         if rig["calibration"] is not None:
             raise ValueError(
                 "calibration: must be left out with an external controller, which starts from its own"
+            )
+        if rig["structure.kind"] == "shear_building":
+            raise ValueError(
+                'structure.kind = "shear_building": must be of one actuator with an external controller'
             )
         step, rig, dtype = _step_of(controller), rig.replace(_TAKEN), "f32"
     warn_of_memory(f"command: {len(command)} samples need", memory_of_samples(rig, len(command)), _LESS)

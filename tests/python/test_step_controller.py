@@ -104,6 +104,14 @@ def test_what_is_no_controller_is_refused_before_the_test(controller, says):
         eft.simulate(RIG, SWEEP, controller=controller)
 
 
+def test_a_building_has_no_external_controller():
+    stories = {"masses": [7040.0, 6000.0], "dampings": [5200.0, 4800.0], "stiffnesses": [2.6e6, 2.3e6]}
+    building = RIG.replace({"structure.kind": "shear_building", "structure.stories": stories})
+    for values in (SWEEP.values, np.vstack([SWEEP.values] * 2)):
+        with pytest.raises(ValueError, match=r'^structure\.kind = "shear_building": must be of one actuator'):
+            eft.simulate(building, eft.Command(values, RATE), controller=Answers(0.0))
+
+
 def test_an_exception_of_the_controller_ends_the_call():
     class Fails:
         def step(self, *_, **__):
