@@ -183,6 +183,14 @@ def test_what_the_model_has_not_is_named(ops):
             eft.opensees.Structure(*arguments)
 
 
+def test_a_fixed_node_and_a_used_tag_are_named(ops):
+    column(ops, "Elastic", 1e6)
+    with pytest.raises(ValueError, match=r"^nodes = 1: must be free to move in direction 1"):
+        eft.opensees.Structure(1, tag=7)
+    with pytest.raises(ValueError, match=r"^tag = 910000: must be unused"):
+        eft.opensees.Structure(2)
+
+
 def test_a_structure_of_too_few_nodes_is_refused(ops):
     structure = column(ops, "Elastic", 1e6)
     with pytest.raises(ValueError, match=r"^nodes = \[2\]"):

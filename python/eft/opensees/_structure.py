@@ -46,7 +46,7 @@ class Structure:
     Raises
     ------
     ValueError
-        If a node or direction does not exist, or their numbers differ.
+        If a node or direction does not exist or is fixed, or their numbers differ. If the tag is in use.
     ModuleNotFoundError
         If openseespy is not installed.
 
@@ -82,7 +82,10 @@ class Structure:
         self._time = 0.0
         if not own_analysis:
             self._analyse()
-        self._opensees.timeSeries("Constant", tag)
+        try:
+            self._opensees.timeSeries("Constant", tag)
+        except self._opensees.OpenSeesError:
+            raise ValueError(f"tag = {tag}: must be unused, as it is before another `Structure`") from None
 
     def __call__(self, force: float | Array, dt: float) -> tuple[Any, Any]:
         """Take one step.
@@ -129,6 +132,8 @@ class Structure:
             freedoms = self._opensees.getNDF(node)[0]
             if not 1 <= direction <= freedoms:
                 raise ValueError(f"directions = {direction}: must be from 1 to {freedoms} at node {node}")
+            if direction in (self._opensees.getFixedDOFs(node) or ()):
+                raise ValueError(f"nodes = {node}: must be free to move in direction {direction}")
 
     def _analyse(self) -> None:
         ops = self._opensees
