@@ -237,10 +237,27 @@ def test_wrong_arguments_are_named():
         Site(RIG, tolerance=0.0)
     with pytest.raises(ValueError, match=r"^port = 70000"):
         serve(Site(RIG), port=70000)
+    with pytest.raises(TypeError, match=r"^port = 80\.5: must be a whole number"):
+        serve(Site(RIG), port=80.5, clients=0)
+    with pytest.raises(ValueError, match=r"^idle = 1000000000000\.0: must be above 0 and at most 1e\+09 s"):
+        serve(Site(RIG), port=0, clients=0, idle=1e12)
+    with pytest.raises(ValueError, match=r"^site = .*: must be an eft\.opensees\.Site"):
+        serve(RIG, port=0, clients=0)
     with pytest.raises(ValueError, match=r"^displacement = \[0, 0\]: must be one for each of 1 actuators"):
         Site(RIG).move([0.0, 0.0])
     with pytest.raises(ValueError, match=r"^displacement = \[0, 1\] m: must be within the stroke"):
         Site(BUILDING).move([0.0, 1.0])
+
+
+def test_an_address_that_is_not_there_or_in_use_is_named():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(
+            OSError, match=rf"^host = '127\.0\.0\.1', port = {port}: cannot .*: Address .* in use$"
+        ):
+            serve(Site(RIG), port=port, clients=0)
+    with pytest.raises(OSError, match=r"^host = '192\.0\.2\.1', port = 0: cannot listen there: \w"):
+        serve(Site(RIG), "192.0.2.1", 0, clients=0)
 
 
 def test_a_force_beyond_the_rig_is_an_error_and_the_site_goes_on():

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eft._numbers import real_number, whole_number
 from eft.opensees._site import Site
 
 Array = NDArray[np.float64]
@@ -26,6 +27,8 @@ Array = NDArray[np.float64]
 _HEADER = struct.Struct("<11i")
 _LARGEST = 4096
 """Largest number of floats in a message, far more than the actuators need."""
+_LONGEST = 1e9
+"""Longest time to wait, which every system can count, s."""
 
 
 class ClientError(ValueError):
@@ -88,8 +91,10 @@ def serve(
     ------
     ValueError
         If an argument is not allowed.
+    TypeError
+        If a number has another type.
     OSError
-        If the address does not belong to this machine, or the port is in use.
+        If the address does not belong to this machine, or the port is in use. The message has host and port.
 
     Examples
     --------
@@ -98,12 +103,20 @@ def serve(
     >>> eft.opensees.serve(site, port=0, clients=0, ready=lambda host, port: print(host))
     127.0.0.1
     """
+    if not isinstance(site, Site):
+        raise ValueError(f"site = {site!r}: must be an eft.opensees.Site")
     for name, value in (("patience", patience), ("idle", idle)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} = {value!r}: must be positive and finite")
-    if not 0 <= port <= 65535:
+        if not 0.0 < real_number(name, value) <= _LONGEST:
+            raise ValueError(f"{name} = {value!r}: must be above 0 and at most {_LONGEST:g} s")
+    if not 0 <= whole_number("port", port) <= 65535:
         raise ValueError(f"port = {port!r}: must be from 0 to 65535")
-    with socket.create_server((host, port), backlog=8) as listener:
+    try:
+        opened = socket.create_server((host, port), backlog=8)
+    except OSError as error:
+        # The socket module adds the address in brackets.
+        reason = str(error.strerror).partition(" (")[0]
+        raise OSError(f"host = {host!r}, port = {port}: cannot listen there: {reason}") from error
+    with opened as listener:
         if ready is not None:
             ready(*listener.getsockname()[:2])
         served = 0

@@ -1,4 +1,4 @@
-"""Wrong input to `eft run`, `init`, `iterate` and `export`."""
+"""Wrong input to `eft run`, `init`, `iterate`, `serve` and `export`."""
 
 from mistakes.given import (
     BEHIND_RIG,
@@ -284,6 +284,11 @@ WRONG = {
         ["export", "test.toml", "--target", "c"],
         as_test(paper(("computation_delay = 0", "computation_delay = 1"), command="")),
         ["compensation.computation_delay", "1", "must be 0 for firmware"],
+    ),
+    "address of another machine to serve at": (
+        ["serve", "rig.toml", "--host", "192.0.2.1"],
+        {"rig.toml": paper()},
+        ["host = '192.0.2.1', port = 8090", "cannot listen there"],
     ),
     "export of an empty file": (
         ["export", "test.toml", "--target", "rust"],
