@@ -38,9 +38,7 @@ from eft.traces._write import check_folder
     type=click.Choice(["rig", "controller"]),
     help="Part to write as an FMU. Default: both, one file each.",
 )
-@click.option(
-    "--fmi", type=click.Choice(["2", "3"]), default="2", help="The FMU's version of FMI. Default: 2."
-)
+@click.option("--fmi", type=click.Choice(["2", "3"]), help="The FMU's version of FMI. Default: 2.")
 @click.option(
     "-o", "--output", type=FILE, help="File to write; default: RIG with the ending .rs, .h or -PART.fmu."
 )
@@ -49,7 +47,7 @@ def export(
     target: Literal["rust", "c", "fmu"],
     name: str | None,
     part: Literal["rig", "controller"] | None,
-    fmi: str,
+    fmi: str | None,
     output: Path | None,
 ) -> None:
     """Write the controller of the rig file RIG, or of a test's rig, as source or as an FMU.
@@ -61,6 +59,9 @@ def export(
     """
     source = read_rig(rig, {})
     if target != "fmu":
+        if part or fmi:
+            option = f"--part {part}" if part else f"--fmi {fmi}"
+            raise click.UsageError(f"{option}: only with --target fmu; a source holds the controller")
         path = output or rig.with_suffix(".rs" if target == "rust" else ".h")
         check_folder(path)
         write_text(path, eft.firmware.export(source, target, name))
@@ -71,7 +72,7 @@ def export(
     parts: tuple[Literal["rig", "controller"], ...] = (part,) if part else ("rig", "controller")
     files = {
         output or rig.with_name(f"{rig.stem}-{one}.fmu"): eft.firmware.export(
-            source, target, name, part=one, fmi=int(fmi)
+            source, target, name, part=one, fmi=int(fmi or 2)
         )
         for one in parts
     }

@@ -275,6 +275,16 @@ WRONG = {
     ),
     "export without a target": (["export", "rig.toml"], {}, ["--target"]),
     "export to another language": (["export", "rig.toml", "--target", "ada"], {}, ["ada", "rust", "c"]),
+    "part of a source to export": (
+        ["export", "rig.toml", "--target", "c", "--part", "rig"],
+        {"rig.toml": paper()},
+        ["--part rig: only with --target fmu"],
+    ),
+    "version of FMI of a source to export": (
+        ["export", "rig.toml", "--target", "rust", "--fmi", "3"],
+        {"rig.toml": paper()},
+        ["--fmi 3: only with --target fmu"],
+    ),
     "export of a missing file": (
         ["export", "nowhere.toml", "--target", "c"],
         {},
