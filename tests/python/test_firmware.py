@@ -4,6 +4,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,33 @@ def test_image_that_is_not_there_is_named(tmp_path):
         eft.firmware.ProcessorInTheLoop(tmp_path / "nowhere.elf").simulate(rig, command)
     with pytest.raises(ValueError, match=r"controller\.realization"):
         eft.firmware.ProcessorInTheLoop(RIGS / "uneven.toml").simulate(eft.Rig.zhao2005(), command)
+
+
+UNABLE = """
+import eft
+rig = eft.Rig.zhao2005().replace({"controller.realization": "digital"})
+command = eft.sine_sweep(8900.0, 0.0, 10.0, 0.1, 4096.0)
+loop = eft.firmware.ProcessorInTheLoop(IMAGE, "no-such-machine")
+for _ in range(30):
+    try:
+        loop.simulate(rig, command)
+    except ValueError as error:
+        print(error)
+"""
+
+
+@pytest.mark.skipif(shutil.which("qemu-system-arm") is None, reason="QEMU is not installed")
+def test_the_end_of_qemu_is_the_reason_and_nothing_waits_for_it():
+    """On one processor, where QEMU could end before the pipes were open."""
+    image = RIGS / "uneven.toml"
+    script = UNABLE.replace("IMAGE", repr(str(image)))
+    one = None if not hasattr(os, "sched_setaffinity") else lambda: os.sched_setaffinity(0, [0])
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, preexec_fn=one
+    )
+    lines = done.stdout.splitlines()
+    assert len(lines) == 30 and len(set(lines)) == 1
+    assert f"{image}: QEMU's no-such-machine ended with code 1: no image for this machine" in lines[0]
 
 
 FIRMWARE = os.environ.get("EFT_FIRMWARE")

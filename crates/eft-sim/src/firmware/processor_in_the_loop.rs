@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Stdio};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -113,6 +113,8 @@ pub fn run_in_qemu(
     let exchanges = Arc::new(AtomicU64::new(1));
     let seen = Arc::clone(&exchanges);
     let pipes = [to.clone(), from.clone()];
+    let opened = Arc::new(AtomicBool::new(false));
+    let both = Arc::clone(&opened);
     let watch = thread::spawn(move || {
         let (mut last, mut since) = (0, Instant::now());
         let ended = loop {
@@ -128,14 +130,18 @@ pub fn run_in_qemu(
                 drop(child.kill());
             }
         };
-        // When the processor has ended, no thread may wait for it at a pipe.
-        for pipe in pipes {
-            drop(OpenOptions::new().read(true).write(true).open(pipe));
+        // When the processor has ended, no thread may wait for it at a pipe, or come to wait there.
+        loop {
+            let there = pipes.iter().all(|pipe| OpenOptions::new().read(true).write(true).open(pipe).is_ok());
+            if both.load(Ordering::Acquire) || !there {
+                break ended;
+            }
+            thread::sleep(Duration::from_millis(1));
         }
-        ended
     });
     let mut writer = OpenOptions::new().write(true).open(&to).map_err(&failed)?;
     let mut reader = File::open(&from).map_err(&failed)?;
+    opened.store(true, Ordering::Release);
     let lost = failed.clone();
     let tick = move |sample: [f32; 8]| {
         let mut request = [0; 32];
@@ -163,12 +169,17 @@ pub fn run_in_qemu(
     // The end of the run closes the pipe to the firmware, which ends the firmware.
     let run = run_with(rig, command, options, tick, specimen, go_on);
     let ended = watch.join().map_err(|_| Error::value("machine", machine, "its watch ended early"))?;
-    let run = run?;
-    match ended.map_err(&failed)?.code() {
-        Some(0) => Ok(run),
-        code => {
-            Err(Error::File { path: image, message: format!("ended with {code:?}: an overrun or a fault") })
+    let code = ended.map_err(&failed)?.code();
+    match run {
+        // A pipe breaks when QEMU ends, so its end is the reason.
+        Ok(_) | Err(Error::Io { .. }) if code != Some(0) => {
+            let reason = code.map_or_else(
+                || format!("ended by a signal: a fault, or no answer for {} s", PATIENCE.as_secs()),
+                |code| format!("ended with code {code}: no image for this machine, an overrun or a fault"),
+            );
+            Err(Error::File { path: image, message: format!("QEMU's {machine} {reason}") })
         }
+        run => run,
     }
 }
 
