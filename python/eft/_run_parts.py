@@ -37,15 +37,16 @@ def to_its_end(run: TestRun) -> TestRun:
     ended = ((run.status & ENDED) != 0).reshape(-1, len(run)).any(axis=0)
     if not ended.any():
         return run
-    return _first(run, max(int(ended.argmax()), 1))
+    return first(run, max(int(ended.argmax()), 1))
 
 
-def _first(run: TestRun, samples: int) -> TestRun:
+def first(run: TestRun, samples: int) -> TestRun:
+    """The first samples of a test."""
     part = _part(run, (..., slice(samples)), run.found_flows)
     if run._building is None:
         return part
     building, index = run._building
-    return replace(part, _building=(_first(building, samples), index))
+    return replace(part, _building=(first(building, samples), index))
 
 
 def actuator(run: TestRun, index: int) -> TestRun:

@@ -172,7 +172,19 @@ def test_an_interrupted_run_keeps_its_samples_bit_for_bit(folder, interrupted, m
     kept = eft.TestRun.load(folder / "run.eft")
     assert interrupted == [4096, 1500]
     assert (kept.force == whole.force[:1500]).all()
-    assert "interrupted" in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert "interrupted" in said.err and "on zhao2005: interrupted after 1.46" in said.out
+
+
+def test_an_interrupted_run_with_a_soft_end_keeps_its_samples(folder, interrupted, monkeypatch):
+    soft = ["protection.enabled=true", "protection.soft_end=true", "protection.ramp_time=0.5"]
+    settings = [word for one in soft for word in ("--set", one)]
+    assert main(["run", *SWEEP, *settings]) == 130
+    monkeypatch.undo()
+    kept = eft.TestRun.load(folder / "run.eft")
+    whole = eft.simulate(kept.rig, eft.sine_sweep(2000.0, 0.0, 10.0, 4.0, 1024.0))
+    assert len(kept) == 1500 and kept.rig["protection.soft_end"]
+    assert (kept.force == whole.force[:1500]).all()
 
 
 def test_an_interrupted_run_of_a_building_keeps_its_samples(folder, interrupted):

@@ -15,6 +15,7 @@ import click
 import numpy as np
 
 import eft
+from eft._run_parts import first
 from eft._table import Metrics
 from eft._test_file import TestPlan
 from eft._verdict import Verdict, told_delay
@@ -112,7 +113,11 @@ def run(
     if as_json:
         emit_json(answer)
     else:
-        click.echo(f"{plan.about}\non {result.rig['name']}: {result.message}")
+        ended = result.message
+        if interrupted:
+            flags = ended.removeprefix("completed").removeprefix("; ")
+            ended = "; ".join(filter(None, (f"interrupted after {result.duration:.6g} s", flags)))
+        click.echo(f"{plan.about}\non {result.rig['name']}: {ended}")
         floors = result.command.shape[0] if result.command.ndim > 1 else 1
         header = ("", *(f"floor {i + 1}" for i in range(floors))) if floors > 1 else None
         judged = answer["judged_samples"]
@@ -171,9 +176,13 @@ def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:
     except KeyboardInterrupt:
         if done < 2:
             raise
-        # The repeated samples have the same bits, because later commands do not affect them.
         click.echo("interrupted: writing the finished part; a second interrupt exits without it", err=True)
-        return eft.simulate(plan.rig, plan.command[:done], dtype), True
+        if not (plan.rig["protection.enabled"] and plan.rig["protection.soft_end"]):
+            # The repeated samples have the same bits, because later commands do not affect them.
+            return eft.simulate(plan.rig, plan.command[:done], dtype), True
+        # A soft end depends on the length of the command.
+        ending = math.ceil(plan.rig["protection.ramp_time"] * plan.command.sample_rate) + 1
+        return first(eft.simulate(plan.rig, plan.command[: done + ending], dtype), done), True
 
 
 def describe(result: eft.TestRun) -> dict[str, Any]:
