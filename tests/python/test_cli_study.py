@@ -228,3 +228,10 @@ def test_the_named_maps(folder, kind, capsys):
     values = np.array([[np.nan if v is None else v for v in row] for row in answer["values"]])
     np.testing.assert_array_equal(values, found.values)
     assert [path.name for path in folder.iterdir()] == ["rig.toml"]
+
+
+def test_a_report_of_the_study_in_the_working_folder_is_beside_it(folder, monkeypatch):
+    eft.study(RIG, SWEEP, {"compensation.level": [0.9, 1.0]}, output="s.study", progress=False)
+    monkeypatch.chdir(folder / "s.study")
+    assert main(["report", "."]) == 0
+    assert "study" in (folder / "s.html").read_text(encoding="utf-8").lower()

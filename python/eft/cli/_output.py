@@ -21,6 +21,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 FILE = click.Path(path_type=Path)
 
 
+def beside(path: Path, suffix: str) -> Path:
+    """The file of the same name with another ending; `.` and `..` have the name of their folder."""
+    named = path if path.name.strip(".") else path.resolve()
+    if not named.name:
+        raise click.UsageError(f"{path}: is the root of all folders, must be a file or a study")
+    return named.with_suffix(suffix)
+
+
 def in_si(name: str, text: str, unit: str) -> float:
     """A number in an SI unit, or a text with its unit as in a rig file."""
     try:

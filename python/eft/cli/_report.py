@@ -9,7 +9,7 @@ import click
 
 import eft
 from eft.cli._data import data_options, read_data
-from eft.cli._output import FILE, epilog, units_option
+from eft.cli._output import FILE, beside, epilog, units_option
 from eft.report import write_report, write_study_report
 from eft.report._page import DIFFERENT, commands_differ
 from eft.traces._read import MEASURED
@@ -39,7 +39,7 @@ def report(runs: tuple[Path, ...], output: Path | None, title: str | None, **dat
     in time and compared with the first run. --column, --unit and --sample-rate describe it. A report of a
     study has the number of tests by status, each metric over each setting, and the worst tests.
     """
-    target = output or runs[0].with_suffix(".html")
+    target = output or beside(runs[0], ".html")
     if target.suffix.lower() not in (".html", ".htm"):
         raise click.UsageError(f"{target}: the suffix must be .html")
     check_folder(target)

@@ -20,7 +20,7 @@ from eft._memory import StudyMemory, check_memory
 from eft._study._driver import chunk_of
 from eft._study._summary import SHOWN, reasons, summary
 from eft._study_file import StudyPlan, read_study
-from eft.cli._output import FILE, as_json, emit_json, epilog, settings, table
+from eft.cli._output import FILE, as_json, beside, emit_json, epilog, settings, table
 from eft.cli._plan import memory_option
 from eft.traces._write import check_folder
 
@@ -57,7 +57,7 @@ def study(
     The rows go to a folder of Parquet files. After an interruption or a kill the same command resumes. The
     exit code is 1 if a test failed unexpectedly. A combination that the rig refuses is not a failure.
     """
-    target = output or file.with_suffix(".study")
+    target = output or beside(file, ".study")
     check_folder(target / "rows" if target.is_dir() else target)
     if sheet is not None:
         if sheet.suffix.lower() not in _SHEETS:

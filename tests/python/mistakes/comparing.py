@@ -206,6 +206,9 @@ WRONG = {
         ["a.eft", "not a test saved by eft: no archive of arrays"],
     ),
     "report of a folder": (["report", ".", "-o", "a.html"], {"a.csv": CSV}, ["not a study"]),
+    "report of the working folder": (["report", "."], {"a.csv": CSV}, ["not a study"]),
+    "report of all folders": (["report", "/"], {}, ["/: is the root of all folders"]),
+    "study of a folder": (["study", "."], {}, ["is a folder"]),
     "report with the suffix of a picture": (
         ["report", "a.eft", "-o", "a.png"],
         {"a.eft": "words"},
