@@ -140,6 +140,22 @@ def test_a_kill_loses_at_most_the_chunk_in_flight(tmp_path, how):
     assert whole.complete and rows(whole)[: len(kept)] == kept
 
 
+def test_rows_of_other_tests_or_of_another_study_are_named(tmp_path):
+    folders = [tmp_path / name for name in ("s", "other")]
+    for folder, rig in zip(folders, (RIG, RIG.replace({"structure.mass": 7000.0})), strict=True):
+        eft.study(rig, COMMAND, GRID, output=folder, chunk=2)
+    part = folders[0] / "part-000001.parquet"
+    for source, says in [
+        (folders[0] / "part-000000.parquet", "begins with test 0, must begin with 2"),
+        (folders[1] / "part-000001.parquet", "its rows are of another study"),
+    ]:
+        part.write_bytes(source.read_bytes())
+        with pytest.raises(ValueError, match=f"part-000001.parquet: damaged; remove it.*{says}"):
+            list(eft.Study.load(folders[0]))
+    with pytest.raises(TypeError, match=r"^index = 1\.5: must be a whole number"):
+        eft.Study.load(folders[1]).row(1.5)
+
+
 def test_a_second_process_is_kept_out(tmp_path):
     seen = []
 

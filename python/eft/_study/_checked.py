@@ -100,8 +100,8 @@ def _must(good: bool, message: str) -> None:
         raise ValueError(message)
 
 
-def read_part(part: Path, schema: Any, rows: int, names: Sequence[str] | None) -> dict[str, list[Any]]:
-    """The rows of a chunk by columns, if their number and types match the study."""
+def read_part(part: Path, schema: Any, tests: range, names: Sequence[str] | None) -> dict[str, list[Any]]:
+    """The rows of the tests of a chunk by columns, if they are those of the study."""
     need("pyarrow", "study")
     import pyarrow as pa
     import pyarrow.parquet
@@ -115,10 +115,17 @@ def read_part(part: Path, schema: Any, rows: int, names: Sequence[str] | None) -
         understood(part, "damaged; remove it, and the study computes its rows again"),
         pyarrow.parquet.ParquetFile(part, memory_map=True, read_dictionary=texts) as file,
     ):
+        rows = len(tests)
         if file.metadata.num_rows != rows:
             raise ValueError(f"{file.metadata.num_rows} rows, must be {rows}")
         if file.schema_arrow.names != schema.names:
             raise ValueError("its columns are not those of the study")
+        about = file.schema_arrow.metadata or {}
+        if about.get(b"eft.configuration") != schema.metadata[b"eft.configuration"]:
+            raise ValueError("its rows are of another study")
+        index = file.metadata.row_group(0).column(schema.get_field_index("index")).statistics
+        if index is not None and index.has_min_max and index.min != tests[0]:
+            raise ValueError(f"begins with test {index.min}, must begin with {tests[0]}")
         for field in wanted:
             found = file.schema_arrow.field(field.name).type
             if pa.types.is_dictionary(found):

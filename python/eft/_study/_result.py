@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from eft._extras import need
 from eft._native import Rig
+from eft._numbers import whole_number
 from eft._run import TestRun
 from eft._study._rows import Column
 from eft._study._store import Folder, Store
@@ -152,7 +153,7 @@ class Study:
         >>> study.row(1)["compensation.level"], study.row(1)["status"]
         (1.0, 'completed')
         """
-        if not 0 <= index < self.tests:
+        if not 0 <= whole_number("index", index) < self.tests:
             raise IndexError(f"index = {index}: must be from 0 to {self.tests - 1}")
         number, place = divmod(index, self._chunk)
         if number not in self._store.numbers():

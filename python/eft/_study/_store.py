@@ -175,8 +175,9 @@ class Folder:
 
     def read(self, number: int, names: Sequence[str] | None = None) -> Columns:
         """A chunk by columns."""
-        rows = min(self._chunk, self._tests - number * self._chunk)
-        return read_part(self._part(number), self._schema, rows, names)
+        start = number * self._chunk
+        tests = range(start, min(start + self._chunk, self._tests))
+        return read_part(self._part(number), self._schema, tests, names)
 
     def run(self, index: int) -> TestRun:
         """The traces of a test."""
