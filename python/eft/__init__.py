@@ -138,6 +138,10 @@ teach_native()
 if not TYPE_CHECKING:
     # For a type checker, names that moved do not exist here.
     def __getattr__(name: str) -> Any:
+        if name in ("plots", "report"):  # slow to load
+            from importlib import import_module
+
+            return import_module(f"eft.{name}")
         from eft._moved import moved
 
         return moved(name)

@@ -2,6 +2,8 @@
 
 import dataclasses
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -23,6 +25,15 @@ def test_a_name_that_moved_works_and_says_where_to(name):
     assert name not in eft.__all__
     with pytest.raises(AttributeError, match="no attribute"):
         _ = eft.nothing
+
+
+def test_figures_and_reports_load_when_they_are_used():
+    script = """
+import sys, eft
+assert not {"eft.plots", "eft.report", "matplotlib"} & set(sys.modules)
+assert callable(eft.plots.stability_map) and callable(eft.report.write_report)
+"""
+    subprocess.run([sys.executable, "-c", script], check=True)
 
 
 def test_what_replaced_them_gives_the_same():
