@@ -107,6 +107,14 @@ def _step_of(controller: StepController) -> Callable[..., Any]:
     return step
 
 
+def _of_all_floors(calibration: Any) -> Any:
+    """The calibrations with one for each floor: without excitation a controller starts anew."""
+    if not isinstance(calibration, list | tuple) or None not in calibration:
+        return calibration
+    known = [one for one in calibration if one is not None]
+    return [known[0] | {"excitation": 0.0} if one is None else one for one in calibration] if known else None
+
+
 _LESS = "shorten it or sample less often, or keep fewer traces: `eft.study` keeps none of them by default"
 
 
@@ -178,9 +186,9 @@ def simulate(
         test. `TestRun.stopped` has the reason.
     calibration : mapping or sequence of mappings, optional
         The `TestRun.calibration` of an earlier test, from which an adaptive controller starts. For a shear
-        building it is that of all controllers, or the `TestRun.calibrations` with one for each. It replaces
-        the section ``calibration`` of the rig. It must be of the same flow table, and within the bounds of
-        ``compensation.learning``.
+        building it is that of all controllers, or the `TestRun.calibrations` with one for each, where a
+        controller with None starts anew. It replaces the section ``calibration`` of the rig. It must be of
+        the same flow table, and within the bounds of ``compensation.learning``.
     progress : callable, optional
         Called a few times a second with the samples done and their total; an exception from it ends the run.
     watch : bool
@@ -221,7 +229,7 @@ def simulate(
                 )
         method, largest_step = "runge-kutta", _CONVERGED_STEP
     if calibration is not None:
-        rig = rig.replace({"calibration": calibration})
+        rig = rig.replace({"calibration": _of_all_floors(calibration)})
     if controller is not None:
         if watch:
             raise ValueError("watch = True: must be left out with an external controller")

@@ -209,8 +209,13 @@ def test_each_floor_of_a_building_starts_from_its_own(
         ValueError, match=r"^calibration = a list of 1: must be one section for all actuators"
     ):
         eft.simulate(building, command, calibration=moved[:1])
-    with pytest.raises(ValueError, match=r"^calibration\[1\]"):
-        eft.simulate(building, command, calibration=[moved[0], None])
+    # A floor that learned nothing has None, and starts anew.
+    mixed = eft.simulate(building, command, calibration=[None, moved[1]])
+    np.testing.assert_array_equal(mixed.flow_gain_estimate[:, 0], [1.0, again.flow_gain_estimate[1, 0]])
+    anew = eft.simulate(building, command, calibration=[None, None])
+    np.testing.assert_array_equal(anew.force, first.force)
+    with pytest.raises(ValueError, match=r"^calibration\[1\] = 3"):
+        eft.simulate(building, command, calibration=[moved[0], 3])
     with pytest.raises(
         ValueError, match=r"^calibration = 2 calibrations: must be one for a single controller"
     ):
