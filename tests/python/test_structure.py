@@ -1,7 +1,7 @@
 """External structures in whole tests: their results and their failures."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -187,3 +187,9 @@ def test_a_mistake_in_one_structure_does_not_affect_the_other_tests():
 def test_a_study_refuses_a_maker_that_is_no_function():
     with pytest.raises(ValueError, match=r"^structure = 3: must be callable as structure\(rig\)"):
         eft.study(RIG, SWEEP, {"structure.stiffness": [6e5]}, structure=3)
+
+
+def test_a_process_pool_refuses_a_maker_that_it_cannot_import():
+    says = r"^structure = <function .*lambda.*>: must be a function of a module, which the processes can"
+    with ProcessPoolExecutor(1) as pool, pytest.raises(ValueError, match=says):
+        eft.study(RIG, SWEEP, {"structure.stiffness": [6e5]}, structure=lambda rig: weak(rig), executor=pool)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -135,6 +136,12 @@ def study(
         )
     if structure is not None and not callable(structure):
         raise ValueError(f"structure = {structure!r}: must be callable as structure(rig)")
+    if structure is not None and isinstance(executor, ProcessPoolExecutor):
+        try:
+            pickle.dumps(structure)
+        except Exception as error:
+            allowed = f"must be a function of a module, which the processes can import: {error}"
+            raise ValueError(f"structure = {structure!r}: {allowed}") from None
     # An executor of another library has its workers on machines that are unknown here.
     workers = None if executor is None else getattr(executor, "_max_workers", 1)
     in_folder, wide = output is not None, structure is None
