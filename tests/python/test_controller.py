@@ -189,6 +189,19 @@ def test_samples_that_stand_still_or_come_at_the_wrong_time_trip(dtype: str) -> 
             assert controller.status & eft.Status.MISSED_TICK
 
 
+def test_without_the_valve_command_no_spool_is_doubted():
+    """A protection of an analog loop must not take an unknown valve command as 0 V."""
+    levels = {"protection.enabled": True, "protection.force_trip": 20e3, "limits.valve_command": 10.0}
+    rig = RIG.replace({"controller.realization": "analog", **levels})
+    run = eft.simulate(rig, eft.sine_sweep(3000.0, 1.5, 1.5, 2.0, 4096.0))
+    compensator = eft.Compensator(rig)
+    readings = run.measured_velocity, run.measured_force, run.measured_spool, run.command
+    for *sample, command, displacement in zip(*readings, run.measured_displacement, strict=True):
+        compensator.step(*sample, command=command, displacement=displacement)
+    assert np.abs(run.measured_spool).max() > 0.05
+    assert compensator.cause == eft.Cause.NONE
+
+
 @pytest.mark.parametrize("kind", [eft.Controller, eft.Compensator])
 def test_its_line_tells_rig_scheme_precision_and_sample_rate(kind):
     rig = eft.Rig.zhao2005()

@@ -30,9 +30,9 @@ pub struct Input<T> {
     /// It is the command of the next tick. If the command is played later because of a late load cell, it is that of
     /// the next tick without this delay.
     pub next_command: T,
-    /// Valve command (V) of this sample, for learning with an analog controller.
+    /// Valve command (V) of this sample, of an analog controller; NaN if unknown.
     ///
-    /// Nothing is learned from a tick in which it is lost.
+    /// Learning needs it, and plausibility compares the spool with it. Nothing is learned from a tick in which it is lost.
     pub valve_command: T,
     /// Counter of the samples (1), below 16777216, for a protection; NaN: none.
     ///

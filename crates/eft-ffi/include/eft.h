@@ -296,7 +296,7 @@ typedef struct eft_input_f32 {
   float acceleration;                // Acceleration (m/s2), for a velocity from an accelerometer.
   float supply_pressure;             // Supply pressure (Pa), for supply_correction.
   float next_command;                // Force (N) that is to act at the next tick, for look_ahead.
-  float valve_command;               // Valve command (V) of this sample, for learning with an analog controller.
+  float valve_command;               // Valve command (V) of this sample, of an analog controller; NaN if unknown.
   float alive;                       // Counter of the samples (1), below 16777216, for a protection; NaN: none.
   float period;                      // Time (s) since the last sample, for a protection; NaN if it is not measured.
   float load_pressure;               // Load pressure (Pa), with the sign of the force, for load_pressure_tolerance.

@@ -188,7 +188,7 @@ impl Channel {
             force,
             spool,
             displacement: displacement.unwrap_or(0.0),
-            valve_command: valve_command.unwrap_or(0.0),
+            valve_command: valve_command.unwrap_or(f64::NAN),
             supply_pressure: supply_pressure.unwrap_or(self.rig.supply.pressure),
             acceleration: acceleration.unwrap_or(0.0),
             alive: alive.unwrap_or(f64::NAN),

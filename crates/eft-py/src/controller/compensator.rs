@@ -61,7 +61,8 @@ python_methods!(Compensator {
     /// supply_pressure : float, optional
     ///     Measured supply pressure, Pa; needed if ``compensation.supply_correction`` is on, otherwise ignored.
     /// valve_command : float, optional
-    ///     Valve command at the time of the other measurements, V; needed if ``compensation.adaptive`` is on.
+    ///     Valve command at the time of the other measurements, V; needed if ``compensation.adaptive`` is on. The
+    ///     protection of an analog force loop compares the spool with it, if it is given.
     /// displacement : float, optional
     ///     Measured displacement, m; needed if the protection limits it or the velocity is estimated.
     /// acceleration : float, optional
