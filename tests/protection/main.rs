@@ -19,6 +19,7 @@ mod oscillation;
 mod primed;
 mod second;
 mod sizes;
+mod true_valve;
 use results::keep;
 
 const RATE: f64 = 4096.0;

@@ -115,13 +115,13 @@ fn a_force_that_contradicts_the_flow_leaves_the_velocity_in_doubt() {
     state.protection.trip_by(Cause::ForceImplausible);
     state.plausibility.distrust(Cause::ForceImplausible);
     assert!(!channel.distrusts_velocity(&state));
-    // A force of wrong sign while the oil of a held piston is compressed. The balance contains the velocity as well.
+    // The force has the wrong sign while the oil of a held piston is compressed. The balance contains the velocity as well.
     let (size, turn) = (4e3, 0.05);
     let opening = size * turn * RIG.sample_rate * RIG.compressibility / (RIG.piston_area * RIG.flow_gain);
     for (realization, cause) in [
         // The valve command is unknown.
         (Realization::Analog, Cause::ForceImplausible),
-        // The spool does not follow its command, so it is wrong.
+        // Without a swing of the valve command the reading of the spool is wrong as well.
         (Realization::Digital, Cause::SpoolImplausible),
     ] {
         let channel =
