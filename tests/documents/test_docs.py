@@ -117,7 +117,7 @@ NOT_RUN = {
     ("how-to/cluster.md", "{code-block} python"),  # there is no SLURM, and the page says so
     ("how-to/fmu.md", "{code-block} python"),  # test_statements.py, where FMPy is installed
     ("how-to/fmu.md", "text"),  # what it prints
-    ("tutorial/explore.md", "{code-block} python"),  # test_explore_widget.py makes the widget
+    ("tutorial/explore.md", "{code-block} python"),  # test_explore_start.py makes the widget
     ("how-to/opensees.md", "{code-block} python"),  # test_opensees_page.py, where OpenSees is installed
 }
 

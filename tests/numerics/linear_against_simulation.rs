@@ -31,7 +31,7 @@ fn coefficients<const N: usize>(signals: [&[f64]; N], frequency: f64) -> [(f64, 
 
 /// Tones of the command (Hz).
 const TONES: [f64; 13] = [0.5, 1.0, 1.5, 1.75, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 40.0, 50.0];
-/// Time to settle, and after it the common period of the tones (s).
+/// Time to settle to half a per cent of the structure's motion, and after it the common period of the tones (s).
 const SETTLE: f64 = 12.0;
 const PERIOD: f64 = 4.0;
 

@@ -146,7 +146,8 @@ fn the_uncertainty_holds_where_a_recording_ends_in_motion() {
 fn a_single_frequency_is_refused_or_has_the_right_delay() {
     let mut noise = noise(7);
     let mut refused = 0;
-    for seed in 0..97 {
+    // After these the motions repeat.
+    for seed in 0..194 {
         let part = |n: u64| (seed * n % 97) as f64 / 97.0;
         let (samples, frequency) = ((3e3 + 1.7e4 * part(31)) as usize, 0.5 + 5.5 * part(13));
         let damping = if seed % 2 == 0 { 0.0 } else { 0.001 + 0.03 * part(29) };
@@ -168,7 +169,7 @@ fn a_single_frequency_is_refused_or_has_the_right_delay() {
             }
         }
     }
-    assert!(refused > 10, "{refused}");
+    assert!(refused > 20, "{refused}");
 }
 
 #[test]
