@@ -53,6 +53,60 @@ def test_a_controller_of_five_lines_gets_a_row(mine, capsys):
     assert sorted(path.name for path in mine.iterdir() if path.suffix) == ["found.csv", "my_package.py"]
 
 
+INTERRUPTED = """
+import signal
+
+class Mine:
+    made = 0
+    def __init__(self, rig, sample_rate):
+        Mine.made += 1
+    def step(self, command, velocity, force, spool, **_):
+        if self.made == 3 and command > 1000.0:
+            signal.raise_signal(signal.SIGINT)
+        return 2e-5 * (command - force)
+"""
+
+
+def test_an_interrupt_keeps_the_rows_of_the_tests_that_are_done(mine, capsys):
+    (mine / "my_package.py").write_text(INTERRUPTED)
+    arguments = ["benchmark", "--short", "--controller", "my_package:Mine", "-o", "rows.csv"]
+    assert main(arguments) == 130
+    said = capsys.readouterr()
+    assert said.err.split("\n\n") == ["2 of 10 tests are kept in rows.csv", "eft benchmark: interrupted\n"]
+    assert not said.out
+    kept = eft.benchmark.Benchmark.load("rows.csv").rows
+    assert [row.test for row in kept] == ["sweep 8.9 kN", "El Centro"]
+    assert all(row.case == "nominal" and not row.lost for row in kept)
+    assert sorted(path.name for path in mine.iterdir() if path.suffix) == ["my_package.py", "rows.csv"]
+
+
+def test_an_interrupt_in_the_first_test_changes_no_file(mine, capsys):
+    (mine / "my_package.py").write_text(INTERRUPTED.replace("== 3", "== 1"))
+    (mine / "rows.csv").write_text("mine")
+    assert main(["benchmark", "--short", "--controller", "my_package:Mine", "-o", "rows.csv"]) == 130
+    assert "kept" not in capsys.readouterr().err and (mine / "rows.csv").read_text() == "mine"
+
+
+def test_an_exception_of_the_callback_keeps_the_rows_too(tmp_path):
+    def ends(done, total):
+        if done == 1:
+            raise TimeoutError
+
+    with pytest.raises(TimeoutError):
+        eft.benchmark.run(
+            ["pd", "fixed"], on=NOMINAL, under=SWEEP, progress=ends, output=tmp_path / "rows.csv"
+        )
+    [row] = eft.benchmark.Benchmark.load(tmp_path / "rows.csv").rows
+    assert row.controller == "pd"
+
+
+def test_rows_have_a_file_in_a_folder_that_exists(tmp_path):
+    found = eft.benchmark.run(["pd"], on=NOMINAL, under=SWEEP, output=tmp_path / "rows.csv")
+    assert (tmp_path / "rows.csv").read_bytes() == found.save(tmp_path / "again.csv").read_bytes()
+    with pytest.raises(FileNotFoundError, match="no such folder"):
+        eft.benchmark.run(["pd"], on=NOMINAL, under=SWEEP, output=tmp_path / "none" / "rows.csv")
+
+
 class Answers:
     def __init__(self, rig, sample_rate):
         del rig, sample_rate

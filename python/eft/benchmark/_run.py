@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from os import PathLike
+from pathlib import Path
 
 import numpy as np
 
+from eft._native import Command, Rig
 from eft._simulate import ideal_response
 from eft.benchmark._controllers import Competitor, Maker, field_of
 from eft.benchmark._excitations import Excitation, excitations
 from eft.benchmark._judge import Row, judge
 from eft.benchmark._result import Benchmark
 from eft.benchmark._rigs import Case, drawn_cases, named_cases
+from eft.traces._write import check_folder
 
 _SHORT = (
     "nominal",
@@ -47,6 +51,7 @@ def run(
     on: Sequence[Case] | None = None,
     under: Sequence[Excitation] | None = None,
     progress: Callable[[int, int], object] | None = None,
+    output: str | PathLike[str] | None = None,
 ) -> Benchmark:
     """Run controllers on the rigs of the benchmark.
 
@@ -72,6 +77,9 @@ def run(
         Commands to take instead.
     progress : callable, optional
         Called with the tests done and their total; an exception from it ends the run.
+    output : path-like, optional
+        File for the rows, as `Benchmark.save` writes it. An interrupt or another exception leaves the rows of
+        the tests that are done there.
 
     Returns
     -------
@@ -80,6 +88,8 @@ def run(
 
     Raises
     ------
+    OSError
+        If `output` cannot be written.
     ValueError
         If a controller cannot be found, none is given, or two different ones have the same name. If `on` or
         `under` holds something else, or nothing.
@@ -101,19 +111,33 @@ def run(
     commands = commands_of(short) if under is None else under
     _check("on", rigs, Case)
     _check("under", commands, Excitation)
+    if output is not None:
+        check_folder(Path(output))
     total, rows = len(competitors) * len(rigs) * len(commands), list[Row]()
+    try:
+        for test in _tests(competitors, rigs, commands):
+            if progress is not None:
+                progress(len(rows), total)
+            rows.append(judge(*test))
+        if progress is not None:
+            progress(total, total)
+    finally:
+        if output is not None and rows:
+            Benchmark(tuple(rows)).save(output)
+    return Benchmark(tuple(rows))
+
+
+def _tests(
+    competitors: Iterable[Competitor], rigs: Sequence[Case], commands: Sequence[Excitation]
+) -> Iterator[tuple[Competitor, Rig, tuple[str, str], Command, float]]:
+    """The tests in their order, as `judge` takes them."""
     for case in rigs:
         known = case.rig.replace({"truth": None})
         for excitation in commands:
             command = excitation.command(known)
             peak = float(np.abs(ideal_response(case.rig, command).displacement).max())
             for competitor in competitors:
-                if progress is not None:
-                    progress(len(rows), total)
-                rows.append(judge(competitor, case.rig, (case.name, excitation.name), command, peak))
-    if progress is not None:
-        progress(total, total)
-    return Benchmark(tuple(rows))
+                yield competitor, case.rig, (case.name, excitation.name), command, peak
 
 
 def _check(name: str, given: Sequence[object], kind: type) -> None:

@@ -11,7 +11,6 @@ import click
 
 import eft
 from eft.cli._output import FILE, as_json, emit_json, epilog, progress, table
-from eft.traces._write import check_folder
 
 _HEADER = (
     "",
@@ -56,7 +55,9 @@ tick on a Cortex-M4F, where it is measured."""
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of the random rigs.")
 @click.option("--list", "listed", is_flag=True, help="List the controllers and rigs, and run nothing.")
-@click.option("-o", "--output", type=FILE, help="Write a row for each test (.csv).")
+@click.option(
+    "-o", "--output", type=FILE, help="Write a row for each test (.csv), after an interrupt for those done."
+)
 @as_json
 def benchmark(
     controllers: tuple[str, ...],
@@ -81,16 +82,27 @@ def benchmark(
             click.echo("\n".join(f"{name:22}{title}" for name, title in titles.items()))
             click.echo("\n" + "\n".join(cases))
         return
-    if output is not None:
-        if output.suffix.lower() != ".csv":
-            raise click.UsageError(f"{output}: the suffix must be .csv")
-        check_folder(output)
+    if output is not None and output.suffix.lower() != ".csv":
+        raise click.UsageError(f"{output}: the suffix must be .csv")
     # As with `python -m`, a module in the working directory can be named.
     sys.path.insert(0, str(Path.cwd()))
-    with progress("tests") as update:
-        found = eft.benchmark.run(controllers or None, short=short, random=random, seed=seed, progress=update)
-    if output is not None:
-        found.save(output)
+    done = total = 0
+    try:
+        with progress("tests") as update:
+
+            def watch(tests: int, of: int) -> None:
+                nonlocal done, total
+                done, total = tests, of
+                update(tests, of)
+
+            found = eft.benchmark.run(
+                controllers or None, short=short, random=random, seed=seed, progress=watch, output=output
+            )
+    except KeyboardInterrupt:
+        if output is not None and done:
+            kept = len(eft.benchmark.Benchmark.load(output).rows)
+            click.echo(f"{kept} of {total} tests are kept in {output}", err=True)
+        raise
     if as_json:
         emit_json({"summary": [asdict(one) for one in found.summary()]})
         return
