@@ -150,8 +150,9 @@ def test_it_is_refused_where_it_does_not_belong(rig: eft.Rig, run: eft.TestRun) 
     assert kept is not None
     wrong = {
         "calibration.flow_gain": kept | {"flow_gain": 1.5},
-        r"calibration.greatest_flow = 0.010000: must be the greatest flow of this rig's flow table, "
-        r"0.0\d+ m³/s; leave out the calibration of another table": kept | {"greatest_flow": 0.01},
+        r"calibration.greatest_flow = 0.010000: must be 0.008787 m³/s, the greatest flow of the flow table, "
+        r"as compensation.mode is not \"linear\"; leave out the calibration of another table or mode": kept
+        | {"greatest_flow": 0.01},
         "calibration.version = 3: must be 4: repeat the test": kept | {"version": 3},
         r"calibration.evidence.distances.flow_gain": kept
         | {"evidence": kept.evidence | {"distances": kept.evidence.distances | {"flow_gain": 2e6}}},
@@ -163,6 +164,13 @@ def test_it_is_refused_where_it_does_not_belong(rig: eft.Rig, run: eft.TestRun) 
     for name, calibration in wrong.items():
         with pytest.raises(ValueError, match=name):
             eft.simulate(rig, SWEEP, calibration=calibration)
+    linear = rig.replace({"compensation.mode": "linear"})
+    with pytest.raises(
+        ValueError,
+        match=r"0.008787: must be 0.016400 m³/s, compensation.flow_gain, as compensation.mode is \"linear\"; "
+        r"leave out the calibration of another flow gain or mode",
+    ):
+        eft.simulate(linear, SWEEP, calibration=kept)
     # The corrected table differs from that of the calibration.
     started = eft.simulate(rig, SWEEP, calibration=kept)
     assert started.corrected_rig()["calibration"] is None

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use eft_core::{
-    Calibration, ChannelState, ConfigError, Input, Learner, LearnerState, Output, Parameters,
+    Calibration, ChannelState, ConfigError, Input, Learner, LearnerState, Mode, Output, Parameters,
     SavedCalibration,
 };
 
@@ -42,7 +42,8 @@ impl<P: Precision> RigLearner<P> {
     /// Parameters that `eft-core` refuses.
     pub(super) fn new(parameters: &Parameters, saved: Option<&SavedCalibration>) -> Result<Self> {
         let learner = P::learner(parameters)?;
-        let saved = saved.map(|saved| learner.start_from(saved)).transpose().map_err(table_error)?;
+        let saved = saved.map(|saved| learner.start_from(saved)).transpose();
+        let saved = saved.map_err(|error| reference_error(error, parameters.mode))?;
         let first = saved.as_ref().map(|state| learner.first_calibration(state));
         let initial = saved.unwrap_or_else(|| learner.at_rest());
         Ok(Self { state: initial, initial, first, learner, next: None })
@@ -65,15 +66,19 @@ impl<P: Precision> RigLearner<P> {
     }
 }
 
-/// The core's refusal of a saved calibration, with the remedy if it is of another flow table.
-fn table_error(error: ConfigError) -> Error {
+/// The core's refusal of a saved calibration, with the remedy if that is of another scheme or flow table.
+fn reference_error(error: ConfigError, mode: Mode) -> Error {
     const KEY: &str = "calibration.greatest_flow";
     match error {
         ConfigError::OutOfRange { parameter: KEY, value, lowest, highest } => {
             let own = 0.5 * (lowest + highest);
+            let (reference, is, of) = match mode {
+                Mode::Linear => ("compensation.flow_gain", "is", "flow gain"),
+                Mode::Off | Mode::Nonlinear => ("the greatest flow of the flow table", "is not", "table"),
+            };
             let allowed = format!(
-                "must be the greatest flow of this rig's flow table, {own:.6} m³/s; leave out the calibration of \
-                 another table"
+                "must be {own:.6} m³/s, {reference}, as compensation.mode {is} \"linear\"; leave out the calibration \
+                 of another {of} or mode"
             );
             Error::value(KEY, format!("{value:.6}"), allowed)
         }
