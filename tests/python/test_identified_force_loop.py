@@ -196,6 +196,33 @@ def test_a_delay_of_whole_samples_is_a_later_command(dtype: Literal["f32", "f64"
     np.testing.assert_array_equal(delayed.force[samples:], played.force[samples : short.values.size])
 
 
+@pytest.mark.parametrize(
+    ("realization", "look_ahead", "start", "next_command"),
+    [
+        # A step of 500 N at the start, before which the command is 0 N.
+        ("digital", False, 500.0, ""),
+        ("digital", True, 0.0, "The next tick's command is given without this delay."),
+        ("analog", True, 0.0, "The next tick's command has the same delay."),
+    ],
+)
+def test_an_export_says_how_the_command_is_delayed(
+    realization: str, look_ahead: bool, start: float, next_command: str
+) -> None:
+    changes = {"controller.realization": realization, "compensation.look_ahead": look_ahead}
+    rig = with_given_gains(RIG).replace(changes)
+    late = rig.replace({"controller.force_delay": 7.4 / RATE})
+    command = eft.Command(SWEEP.values[:2048] + start, RATE)
+    ticks = np.arange(-1, len(command))
+    later = eft.Command(np.interp(ticks[1:] - 7.4, ticks, [0.0, *command.values]), RATE)
+    simulated, played = (eft.simulate(*test).force[:-1] for test in ((late, command), (rig, later)))
+    # The command after the last one differs. Without the delay a controller looks further ahead.
+    same = bool(np.abs(simulated - played).max() < 1e-3)
+    assert same == ("is given without" not in next_command)
+    text = " ".join(eft.firmware.export(late, target="c").replace("\n *", " ").split())
+    assert "(7.4 samples) later" in text and "linearly between its samples, and 0 N before the first" in text
+    assert next_command in text
+
+
 def test_the_command_line_agrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = swept({"truth.sensors.force.delay": 5})
     rig, file, output = tmp_path / "rig.toml", tmp_path / "sweep.eft", tmp_path / "loop.toml"

@@ -52,10 +52,17 @@ fn notes(parts: &Parts, target: Target) -> Vec<String> {
         notes.push("The next tick's command, N, is given with this one's.".to_owned());
     }
     if rig.controller.force_delay > 0.0 {
-        let late = 1e3 * rig.controller.force_delay;
-        notes.push(format!("The command is played {late:.3} ms later, which is the load cell's latency."));
+        let late = rig.controller.force_delay;
+        let (milliseconds, samples) = (1e3 * late, late * p.sample_rate);
+        notes.push(format!(
+            "The command is played {milliseconds:.3} ms ({samples} samples) later, which is the load cell's latency. It is \
+             interpolated linearly between its samples, and 0 N before the first."
+        ));
         if p.feedforward && p.look_ahead {
-            notes.push("The next tick's command is given without this delay.".to_owned());
+            notes.push(match p.realization {
+                Realization::Digital => "The next tick's command is given without this delay.".to_owned(),
+                Realization::Analog => "The next tick's command has the same delay.".to_owned(),
+            });
         }
     }
     let estimated = !matches!(p.velocity_source, VelocitySource::Sensor);

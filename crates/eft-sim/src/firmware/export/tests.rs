@@ -154,6 +154,7 @@ fn the_comment_lists_the_duties_of_the_firmware() {
         words.collect::<Vec<_>>().join(" ")
     };
     let digital = ("controller.realization", toml::Value::from("digital"));
+    let late = ("controller.force_delay", toml::Value::from(5e-4));
     let ahead = [("compensation.feedforward", true.into()), ("compensation.look_ahead", true.into())];
     for (changes, expected) in [
         (vec![], "gives the compensation signal"),
@@ -168,6 +169,13 @@ fn the_comment_lists_the_duties_of_the_firmware() {
             vec![("protection.enabled", true.into()), ("protection.load_pressure_tolerance", 500.0.into())],
             "measured load pressure",
         ),
+        (
+            vec![late.clone()],
+            "played 0.500 ms (2.048 samples) later, which is the load cell's latency. It is interpolated linearly \
+             between its samples, and 0 N before the first. The protection",
+        ),
+        ([&ahead[..], std::slice::from_ref(&late)].concat(), "The next tick's command has the same delay."),
+        ([&ahead[..], &[late, digital]].concat(), "The next tick's command is given without this delay."),
     ] {
         for (target, step) in [(Target::Rust, "`CHANNEL.step`"), (Target::C, "eft_step")] {
             let said = comment(&changes, target);
