@@ -16,6 +16,8 @@ pub(crate) struct CommandDelay<S> {
     last: [S; 2],
     /// The remaining part of a sample.
     fraction: S,
+    /// Whether the line of the next command has that of the first tick.
+    started: bool,
 }
 
 impl<S: Scalar<Element = f64>> CommandDelay<S> {
@@ -26,17 +28,23 @@ impl<S: Scalar<Element = f64>> CommandDelay<S> {
         }
         let line = DelayLines::new(S::LANES, |i| delay(i) as usize, |_| 0.0);
         let fraction = S::from_lanes(|i| delay(i).fract());
-        Some(Self { lines: [line.clone(), line], last: [S::splat(0.0); 2], fraction })
+        Some(Self { lines: [line.clone(), line], last: [S::splat(0.0); 2], fraction, started: false })
     }
 
     /// The delayed commands (N) of the tick and of the next one.
-    pub(crate) fn delay(&mut self, commands: [S; 2]) -> [S; 2] {
-        let mut delayed = commands;
-        for ((command, line), last) in delayed.iter_mut().zip(&mut self.lines).zip(&mut self.last) {
-            let whole_delayed = line.delay(*command);
-            *command = whole_delayed + self.fraction * (*last - whole_delayed);
-            *last = whole_delayed;
+    pub(crate) fn delay(&mut self, [command, next]: [S; 2]) -> [S; 2] {
+        if !self.started {
+            self.started = true;
+            self.delay_line(1, command);
         }
+        [self.delay_line(0, command), self.delay_line(1, next)]
+    }
+
+    fn delay_line(&mut self, n: usize, command: S) -> S {
+        let (line, last) = (&mut self.lines[n], &mut self.last[n]);
+        let whole_delayed = line.delay(command);
+        let delayed = whole_delayed + self.fraction * (*last - whole_delayed);
+        *last = whole_delayed;
         delayed
     }
 }
@@ -59,5 +67,22 @@ mod tests {
             }
         }
         assert!(CommandDelay::<f64>::new(|_| 0.0).is_none());
+    }
+
+    #[test]
+    fn the_next_command_is_that_of_the_next_tick_from_the_first_one_on() {
+        for samples in [0.25, 1.0, 3.6] {
+            let mut delay = CommandDelay::<f64>::new(|_| samples).unwrap();
+            let mut expected = None;
+            for tick in 0..20 {
+                let command = |tick: i32| 500.0 + f64::from(tick * tick);
+                let [now, next] = delay.delay([command(tick), command(tick + 1)]);
+                assert!(
+                    expected.is_none_or(|before| now == before),
+                    "{samples}: {now} at {tick}, not {expected:?}"
+                );
+                expected = Some(next);
+            }
+        }
     }
 }
