@@ -68,6 +68,8 @@ class TestRun(Channels, ReadOnly):
     """Mass by which the ground motion became a force, kg."""
     stopped: str = ""
     """Reason why an external structure ended the test; empty if it did not."""
+    interrupted: bool = False
+    """Whether Ctrl-C ended `eft run`; these are the samples before."""
     _calibrations: tuple[Calibration | None, ...] = (None,)
     _outside: bool = False
     """Whether an external structure replaced the rig's."""
@@ -156,10 +158,12 @@ class TestRun(Channels, ReadOnly):
     def message(self) -> str:
         """A summary of the test in words.
 
-        It begins with the status of the test, as in a study. Every flag that was raised follows, with the
-        time of its first sample and its share of the samples.
+        It begins with the status of the test, as in a study, or with "interrupted". Every flag that was
+        raised follows, with the time of its first sample and its share of the samples.
         """
         word, early = status_of(self.flags)
+        if self.interrupted and early is None:
+            word, early = "interrupted", "by Ctrl-C"
         end = self.time[-1] if not self.success else self.to_its_end().duration
         parts = [word if early is None else f"{word} after {end:.6g} s"]
         if self.cause is not Cause.NONE:

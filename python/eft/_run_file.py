@@ -10,10 +10,10 @@ Format 2. Each member is a NumPy array in its own format (``.npy``), deflated; `
 - ``sample_rate``: Hz;
 - ``about``: JSON with ``date`` (ISO 8601), ``record`` (its name), ``scale``, ``mass`` (kg), ``energy`` (J by
   name, or null where it is unknown), ``whole`` (whether it is a whole test), ``stopped`` (why an external
-  structure ended it), ``outside`` (whether there was one), ``controlled`` (whether an external controller
-  replaced the rig's), ``calibrations`` (of each actuator, or null), ``floor`` (number of the actuator in a
-  building, or null), ``units`` (of each trace) and ``absent`` (traces that the version knew and the rig has
-  not);
+  structure ended it), ``interrupted`` (whether Ctrl-C did), ``outside`` (whether there was a structure),
+  ``controlled`` (whether an external controller replaced the rig's), ``calibrations`` (of each actuator, or
+  null), ``floor`` (number of the actuator in a building, or null), ``units`` (of each trace) and ``absent``
+  (traces that the version knew and the rig has not);
 - ``found_flows``: m³/s, empty if unknown;
 - ``status``: bits of `eft.Status`, one word per sample;
 - each trace: one value per sample, with the shape (actuators, samples) for several actuators; a single number
@@ -107,6 +107,7 @@ def save(run: TestRun, path: str | PathLike[str]) -> Path:
         "energy": None if run.energy is None else asdict(run.energy),
         "whole": run._whole,
         "stopped": run.stopped,
+        "interrupted": run.interrupted,
         "outside": run._outside,
         "controlled": run._controlled,
         "calibrations": plain(run._calibrations),
@@ -255,6 +256,7 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         else EnergyBalance(**{name: float(x) for name, x in energy.items()}),
         "_whole": about["whole"] is True,
         "stopped": about["stopped"],
+        "interrupted": about.get("interrupted") is True,
         "_outside": about.get("outside") is True,
         "_controlled": about.get("controlled") is True,
         # Older files have none.

@@ -172,6 +172,8 @@ def test_an_interrupted_run_keeps_its_samples_bit_for_bit(folder, interrupted, m
     kept = eft.TestRun.load(folder / "run.eft")
     assert interrupted == [4096, 1500]
     assert (kept.force == whole.force[:1500]).all()
+    assert kept.interrupted and kept.message.startswith("interrupted after 1.46")
+    assert not whole.interrupted
     said = capsys.readouterr()
     assert "interrupted" in said.err and "on zhao2005: interrupted after 1.46" in said.out
 

@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +101,8 @@ def run(
         check_save_calibration(learned, plan, (test, target, corrected))
     if watch:
         show(plan.rig, plan.command, dtype, stream=sys.stderr)
-    result, interrupted = _simulate(plan, dtype)
+    result = _simulate(plan, dtype)
+    interrupted = result.interrupted
     with _held_back():
         write_run(result, target)
         refused = save_rig(corrected, result, interrupted) if corrected is not None else None
@@ -113,11 +115,7 @@ def run(
     if as_json:
         emit_json(answer)
     else:
-        ended = result.message
-        if interrupted:
-            flags = ended.removeprefix("completed").removeprefix("; ")
-            ended = "; ".join(filter(None, (f"interrupted after {result.duration:.6g} s", flags)))
-        click.echo(f"{plan.about}\non {result.rig['name']}: {ended}")
+        click.echo(f"{plan.about}\non {result.rig['name']}: {result.message}")
         floors = result.command.shape[0] if result.command.ndim > 1 else 1
         header = ("", *(f"floor {i + 1}" for i in range(floors))) if floors > 1 else None
         judged = answer["judged_samples"]
@@ -162,7 +160,7 @@ def _held_back() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:
+def _simulate(plan: TestPlan, dtype: Any) -> eft.TestRun:
     done = 0
     try:
         with progress("test") as update:
@@ -172,17 +170,19 @@ def _simulate(plan: TestPlan, dtype: Any) -> tuple[eft.TestRun, bool]:
                 done = samples
                 update(samples, total)
 
-            return eft.simulate(plan.rig, plan.command, dtype, progress=watch), False
+            return eft.simulate(plan.rig, plan.command, dtype, progress=watch)
     except KeyboardInterrupt:
         if done < 2:
             raise
         click.echo("interrupted: writing the finished part; a second interrupt exits without it", err=True)
         if not (plan.rig["protection.enabled"] and plan.rig["protection.soft_end"]):
             # The repeated samples have the same bits, because later commands do not affect them.
-            return eft.simulate(plan.rig, plan.command[:done], dtype), True
-        # A soft end depends on the length of the command.
-        ending = math.ceil(plan.rig["protection.ramp_time"] * plan.command.sample_rate) + 1
-        return first(eft.simulate(plan.rig, plan.command[: done + ending], dtype), done), True
+            part = eft.simulate(plan.rig, plan.command[:done], dtype)
+        else:
+            # A soft end depends on the length of the command.
+            ending = math.ceil(plan.rig["protection.ramp_time"] * plan.command.sample_rate) + 1
+            part = first(eft.simulate(plan.rig, plan.command[: done + ending], dtype), done)
+        return replace(part, interrupted=True)
 
 
 def describe(result: eft.TestRun) -> dict[str, Any]:
