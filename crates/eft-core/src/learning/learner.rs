@@ -3,6 +3,7 @@
 mod state;
 #[cfg(test)]
 mod tests;
+mod update;
 
 use crate::checksum::word;
 use crate::compensation::{Calibration, Deviations, LeadNetwork};
@@ -14,11 +15,9 @@ use crate::learning::deviation::{Deviation, gain_change};
 use crate::learning::flow::FlowEstimator;
 use crate::learning::flow_curve::{CurveState, FlowCurve};
 use crate::learning::flow_model::FlowModel;
-use crate::learning::gate::{Gate, GateState, Signals, Verdict};
+use crate::learning::gate::{Gate, GateState};
 use crate::learning::guard::{Guard, GuardState};
-use crate::learning::least_squares::Weight;
 use crate::learning::valve::ValveEstimator;
-use crate::learning::window::{Sums, Window};
 use crate::number::Real;
 use crate::status;
 
@@ -64,9 +63,6 @@ pub struct Learner<T: Real, const N: usize> {
     pub(super) known_signal: T,
 }
 integrity!(Learner<T, N>: adapts, corrects, guards, per_window, checkpoint_windows, largest, piston_area, flow_gain, flow_per_force, flow_per_change, model, filter, gate, flow, valve, curve, deviation, guard, lead, response_delay, null_gain, known_signal);
-
-/// Number of windows at the start in which lost samples need no settling, because a rig starts at rest or primed.
-const START: u32 = 3;
 
 impl<T: Real, const N: usize> Learner<T, N> {
     /// An integrity word over every number of the configuration, as [`Channel::integrity`](crate::Channel::integrity).
@@ -122,152 +118,6 @@ impl<T: Real, const N: usize> Learner<T, N> {
         LeadNetwork::of(self.lead.pole(), self.lead.rate(), gain)
     }
 
-    /// Makes the calibration to [publish](crate::Channel::publish) from a window.
-    ///
-    /// # NaN
-    /// A missing window counts as one with lost samples. So does one whose means are NaN or far beyond what a rig can
-    /// reach.
-    ///
-    /// # Cost
-    /// It alternates from window to window, and is larger for those of a checkpoint.
-    #[inline(never)]
-    pub fn update(&self, state: &mut LearnerState<T>, window: &Window<T>) -> Calibration<T> {
-        let zero = T::splat(0.0);
-
-        // The measurements.
-        let found = self.means(window, state.valve.found.gain.value);
-        let whole = window.lost == 0 && self.is_possible(&found);
-        if whole {
-            state.means = found;
-        }
-        let means = state.means;
-        let restart = !(whole && state.filtered && window.number == state.number);
-        state.number = window.number.wrapping_add(1);
-        state.filtered = whole;
-        state.mean_share = self.filter.next_share(state.mean_share, restart);
-
-        // The commanded and the measured opening in the estimators' band.
-        let commanded = self.valve.valve_gain * means.valve_command - self.curve.known_null;
-        self.valve.invert_lead(&mut state.valve, commanded, restart);
-        let (filter, filters, share) = (&self.filter, &mut state.filters, state.share);
-        let (opening, change) = filter.step(&mut filters.asked, state.valve.opening(), share, restart);
-        let commanded = [opening, -change];
-        let (spool, _) = filter.step(&mut filters.spool, means.spool, share, restart);
-
-        // The actuator's flow, and the flow that the table predicts.
-        let measured_flow = self.piston_area * means.velocity + means.compressed;
-        // Both openings are relative to the valve's null. The commanded one has no sensor offset.
-        let valve_gain = state.valve.found.gain.value;
-        let (mut measured_opening, mut commanded_opening) = (means.spool, state.valve.opening());
-        if self.corrects {
-            let null = state.evidence.curve.null;
-            let sensor = state.evidence.curve.sensor;
-            (measured_opening, commanded_opening) =
-                (measured_opening - sensor - valve_gain * null, commanded_opening - null);
-        }
-        let model = self.model.flow(measured_opening, commanded_opening, means.force, window.supply);
-        let mut predicted = model.at_no_load * model.root;
-        let flow_gain = state.flow.gain.value;
-        let mut straightened = measured_flow;
-        let mut flows = [zero; 2];
-        if self.corrects {
-            // The constant part of the flow stays, so that a new null offset does not change the flow.
-            predicted = predicted + self.flow_gain * (means.spool - measured_opening);
-            let now = [measured_flow / model.root, model.at_no_load];
-            let [at_no_load, _] = now;
-            let flow = self.curve.straightened(&state.evidence.curve, at_no_load / flow_gain);
-            straightened = flow_gain * model.root * flow;
-            let lagged = if restart { now } else { state.flows };
-            let square = self.valve.mean_square_frequency(&state.evidence.valve);
-            (state.flows, flows) = self.flow.synchronize(&state.flow, lagged, now, square);
-        }
-        let predicted = filter.step(&mut filters.predicted, predicted, share, restart);
-        let flow = filter.step(&mut filters.flow, straightened, share, restart);
-        let flow = self.flow.sample(&state.flow, flow.into(), predicted.into());
-
-        // The guard uses the part of the flow that was not demanded.
-        if self.guards && !restart {
-            let error = means.force - means.command;
-            let fed = self.flow_per_force * means.command + self.flow_per_change * means.command_change;
-            self.guard.observe(
-                &mut state.guard,
-                error,
-                means.compressed - self.guard.fed_forward * fed,
-                means.velocity,
-            );
-            self.guard.act(&mut state.guard);
-        }
-
-        // Whether the models explain the window.
-        self.save_checkpoint(state);
-        let settling = restart && state.since_start >= START || window.lost_commands > 0 && self.adapts;
-        self.gate.wait(&mut state.gate, if settling { self.gate.settling } else { 0 });
-        if state.since_start < START {
-            state.since_start += 1;
-        }
-        let signals = Signals { flow, spool, commanded: opening, commanded_change: change };
-        let usable = whole && self.adapts;
-        let verdict = self.gate.judge(&mut state.gate, &signals, usable);
-        if let Verdict::Rejected { learned } = verdict {
-            state.checkpoints.restore(&mut state.evidence);
-            state.curve.nodes.reset_variances();
-            // If nothing was learned since the last rejection, the means may be wrong.
-            state.means_go_on = !learned;
-        }
-        // Distrusted measurements do not enter the means either.
-        let stopped = state.gate.is_held_off() && !state.means_go_on;
-        state.share = if stopped { zero } else { state.mean_share };
-        self.guard.follow_offset(&mut state.guard, state.share);
-
-        // The estimates from this window.
-        let mut weight = Weight { time: zero, forgetting: zero };
-        if verdict == Verdict::Accepted {
-            let openings = [state.means.spool, state.valve.opening()];
-            weight = self.gate.weight(&mut state.gate, &mut state.evidence.amount, openings, &signals);
-        }
-        if self.adapts {
-            if weight.time > zero {
-                let evidence = &mut state.evidence;
-                self.flow.add(&mut evidence.flow, &flow, commanded, weight);
-                self.valve.add(&state.valve, &mut evidence.valve, commanded, spool, weight);
-                let residual = [flow.residual, self.valve.residual(&state.valve, commanded, spool)];
-                self.deviation.add(evidence, [opening, state.means.compressed], residual, weight);
-                if self.corrects {
-                    let [measured_flow, passed] = flows;
-                    // The null offset is one of the command, so the slope is per commanded opening.
-                    let (ahead, passed) = (
-                        valve_gain * commanded_opening - measured_opening,
-                        [passed, valve_gain * model.slope],
-                    );
-                    let ahead = [ahead, evidence.curve.sensor - ahead];
-                    let sample = self.curve.sample(&evidence.curve, measured_flow / flow_gain, passed, ahead);
-                    self.curve.learn(
-                        &mut state.curve,
-                        &mut evidence.curve,
-                        &sample,
-                        flow_gain,
-                        weight.forgetting,
-                    );
-                }
-            }
-            self.flow.priors.solve(&mut state.flow, &state.evidence.flow);
-            self.valve.priors.solve(&mut state.valve.found, &state.evidence.valve);
-        }
-        let square = self.valve.mean_square_frequency(&state.evidence.valve);
-        // Curve and standard deviations change slowly, so each is updated in every other window.
-        if window.number.is_multiple_of(2) {
-            let gain_increase = self.valve.gain_increase(&state.valve.found, square);
-            state.deviations = self.deviations(state, square, gain_increase);
-            state.curve.disturbance = Deviation::disturbance(&state.evidence, gain_increase);
-        } else if self.corrects {
-            self.curve.update(&mut state.curve, &mut state.evidence.curve);
-        }
-        if self.corrects {
-            self.curve.refresh(&mut state.curve, &state.evidence.curve);
-        }
-        self.calibration(state, window.number, square)
-    }
-
     /// No-load flow (m³/s) that a calibration's valve passes at a spool opening (1): the table's, corrected and times `θ`.
     ///
     /// # NaN
@@ -281,44 +131,6 @@ impl<T: Real, const N: usize> Learner<T, N> {
         }
         inverse_at(&calibration.curve, self.curve.grid.step, self.model.at_no_load(opening))
             * calibration.flow_gain
-    }
-
-    /// The means of a whole window, with the spool's opening from the known null. A lost valve command (V) is
-    /// replaced by that for the measured opening. With any other value the filters' means would contradict each other
-    /// for seconds.
-    fn means(&self, window: &Window<T>, valve_gain: T) -> Means<T> {
-        let Sums { velocity, force, spool, valve_command, command, spool_without_command } = window.sums;
-        let stand_in = spool_without_command / (self.valve.valve_gain * valve_gain);
-        let per_window = self.per_window;
-        let force = force * per_window;
-        let force_change = window.end.force - window.start.force;
-        Means {
-            velocity: velocity * per_window,
-            force,
-            spool: spool * per_window - self.curve.known_null,
-            valve_command: (valve_command + stand_in) * per_window,
-            command: command * per_window,
-            command_change: window.end.command - window.start.command,
-            compressed: self.flow_per_force * force + self.flow_per_change * force_change,
-        }
-    }
-
-    /// Whether a rig can reach these means. A wrong sample of 1e12 would be in the filters for seconds.
-    fn is_possible(&self, means: &Means<T>) -> bool {
-        let Means { velocity, force, spool, valve_command, command, command_change, compressed } = *means;
-        let largest = &self.largest;
-        (self.piston_area * velocity).abs() + compressed.abs() <= largest.flow
-            && force.abs() + command.abs() + command_change.abs() <= largest.force
-            && spool.abs() + (self.valve.valve_gain * valve_command).abs() <= largest.opening
-    }
-
-    /// Makes a checkpoint if one is due.
-    fn save_checkpoint(&self, state: &mut LearnerState<T>) {
-        state.since_checkpoint += 1;
-        if state.since_checkpoint >= self.checkpoint_windows {
-            state.since_checkpoint = 0;
-            state.checkpoints.save(&state.evidence);
-        }
     }
 
     /// Standard deviations at the motion's mean-square frequency (1/s²), with the valve's
