@@ -4,6 +4,7 @@ mod band_filter;
 mod checkpoint;
 mod configuration;
 mod curve_nodes;
+mod design;
 mod deviation;
 mod flow;
 mod flow_curve;
@@ -19,8 +20,8 @@ pub mod tuning;
 mod valve;
 mod window;
 
-pub(crate) use configuration::LOWEST_RATE;
-pub use configuration::window_ticks;
+pub(crate) use design::LOWEST_RATE;
+pub use design::window_ticks;
 pub(crate) use flow_model::{FlowModel, ModelFlow};
 pub use guard::tuning as guard_tuning;
 pub use learner::{Learner, LearnerState};

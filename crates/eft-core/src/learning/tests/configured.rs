@@ -1,7 +1,7 @@
 //! The constants of a learner, from the rig's parameters and their documented meaning.
 
 use super::*;
-use crate::learning::configuration::window_ticks;
+use crate::learning::design::window_ticks;
 use crate::learning::deviation::MEAN_CORRELATION;
 use crate::learning::learner::Learner;
 use crate::learning::tuning as t;
