@@ -5,9 +5,7 @@ use crate::channel::state::TrustedSignals;
 use crate::channel::{Channel, ChannelState, Parts};
 use crate::number::Real;
 use crate::parameters::Realization;
-use crate::protection::{
-    Control, DISPLACEMENT, FORCE, Plausibility, Protected, ProtectionInput, SPOOL, VELOCITY,
-};
+use crate::protection::{Control, Plausibility, Protected, ProtectionInput};
 use crate::signals::Input;
 use crate::status;
 use crate::velocity::Velocity;
@@ -26,6 +24,27 @@ impl<T: Real, const N: usize> Channel<T, N> {
         input: &Input<T>,
         mut trusted: TrustedSignals<T>,
     ) -> TrustedSignals<T> {
+        let cause = self.judge_signals(watch, state, input, &mut trusted);
+        self.restore_learned(state);
+        if state.protection.is_tripped() {
+            self.replace_invalid(state, &mut trusted);
+        }
+        self.replace_distrusted(state, cause, &mut trusted);
+        if state.plausibility.force_jumped() {
+            trusted.status |= status::FORCE_LOOP_OPEN;
+        }
+        trusted
+    }
+
+    /// Compares the measurements with each other, trips by a contradiction, and flags the distrusted ones.
+    #[inline(always)]
+    fn judge_signals(
+        &self,
+        watch: &Plausibility<T, N>,
+        state: &mut ChannelState<T>,
+        input: &Input<T>,
+        trusted: &mut TrustedSignals<T>,
+    ) -> Cause {
         let supply = self.controller.supply(&mut state.controller, input.supply_pressure).ratio;
         let calibration = state.calibration();
         let control = Control {
@@ -51,51 +70,63 @@ impl<T: Real, const N: usize> Channel<T, N> {
             // Its samples no longer count, and another sensor that was lost a little later has its own time.
             state.protection.lost_measurements = 0;
         }
-        let distrusted = state.plausibility.distrusted;
         let flags = [
-            (FORCE, status::FORCE_DISTRUSTED),
-            (DISPLACEMENT, status::DISPLACEMENT_DISTRUSTED),
-            (VELOCITY, status::VELOCITY_DISTRUSTED),
-            (SPOOL, status::SPOOL_DISTRUSTED),
+            status::FORCE_DISTRUSTED,
+            status::DISPLACEMENT_DISTRUSTED,
+            status::VELOCITY_DISTRUSTED,
+            status::SPOOL_DISTRUSTED,
         ];
-        let distrusts = |signal: usize| distrusted.get(signal).copied().unwrap_or(false);
-        for (signal, flag) in flags {
-            trusted.status |= if distrusts(signal) { flag } else { 0 };
+        for (distrusted, flag) in state.plausibility.distrusted.into_iter().zip(flags) {
+            trusted.status |= if distrusted { flag } else { 0 };
         }
+        cause
+    }
+
+    /// Discards what was learned while a sensor was wrong.
+    #[inline(always)]
+    fn restore_learned(&self, state: &mut ChannelState<T>) {
         // A force far from its command may be wrong as well, and opens the loop.
         let loop_open = state.protection.is_shut_down();
-        if state.protection.cause().is_of_sensors() || loop_open {
-            // What was learned while the sensor was wrong is discarded.
-            state.history.restore();
-            if (distrusts(FORCE) || loop_open) && !matches!(self.velocity, Velocity::Sensor) {
-                // The delay of an estimate depends on the motion's frequency, which changes when the loop opens. Too
-                // much lead makes a growing swing then, and too little a damped one.
-                state.history.reduce_lead(&self.controller.nominal());
-            }
+        if !(state.protection.cause().is_of_sensors() || loop_open) {
+            return;
         }
-        if state.protection.is_tripped() {
-            // A held valve command would go on with the noise of its last sample.
-            let [force, _, velocity, spool] = state.plausibility.accepted();
-            let or_last = |reading: T, last: T| if reading.is_finite() { reading } else { last };
-            trusted.force = or_last(trusted.force, force);
-            trusted.spool = or_last(trusted.spool, spool);
-            if matches!(self.velocity, Velocity::Sensor) {
-                trusted.velocity = or_last(trusted.velocity, velocity);
-            }
+        state.history.restore();
+        let [force_distrusted, ..] = state.plausibility.distrusted;
+        if (force_distrusted || loop_open) && self.estimates_velocity() {
+            // The delay of an estimate depends on the motion's frequency, which changes when the loop opens. Too
+            // much lead makes a growing swing then, and too little a damped one.
+            state.history.reduce_lead(&self.controller.nominal());
         }
+    }
+
+    /// Replaces lost readings by the last accepted ones: a held valve command would go on with the noise of its last sample.
+    #[inline(always)]
+    fn replace_invalid(&self, state: &ChannelState<T>, trusted: &mut TrustedSignals<T>) {
+        let [force, _, velocity, spool] = state.plausibility.accepted();
+        let or_last = |reading: T, last: T| if reading.is_finite() { reading } else { last };
+        trusted.force = or_last(trusted.force, force);
+        trusted.spool = or_last(trusted.spool, spool);
+        if !self.estimates_velocity() {
+            trusted.velocity = or_last(trusted.velocity, velocity);
+        }
+    }
+
+    /// Replaces distrusted measurements by what the others show.
+    #[inline(always)]
+    fn replace_distrusted(&self, state: &mut ChannelState<T>, cause: Cause, trusted: &mut TrustedSignals<T>) {
         let zero = T::splat(0.0);
-        if distrusts(FORCE) {
+        let [force, displacement, velocity, spool] = state.plausibility.distrusted;
+        if force {
             trusted.force = zero;
         }
-        if distrusts(DISPLACEMENT) {
+        if displacement {
             trusted.displacement = zero;
         }
-        if distrusts(SPOOL) {
+        if spool {
             trusted.spool = state.plausibility.spool();
         }
-        let estimates_velocity = !matches!(self.velocity, Velocity::Sensor);
-        if distrusts(DISPLACEMENT) && (distrusts(VELOCITY) || estimates_velocity) {
-            if distrusts(FORCE) || distrusts(SPOOL) {
+        if displacement && (velocity || self.estimates_velocity()) {
+            if force || spool {
                 // Nothing shows the motion any more, so the valve closes from its present opening.
                 state.protection.shut_down_by(cause);
                 state.protection.motion_unknown = true;
@@ -104,14 +135,15 @@ impl<T: Real, const N: usize> Channel<T, N> {
                 state.protection.motion_by_flow = true;
                 trusted.velocity = state.plausibility.velocity_by_flow();
             }
-        } else if distrusts(VELOCITY) || distrusts(FORCE) && matches!(self.velocity, Velocity::Observer(..)) {
+        } else if velocity || force && matches!(self.velocity, Velocity::Observer(..)) {
             // An observer of displacement and force contains the wrong force.
             trusted.velocity = state.plausibility.velocity;
         }
-        if state.plausibility.force_jumped() {
-            trusted.status |= status::FORCE_LOOP_OPEN;
-        }
-        trusted
+    }
+
+    /// Whether the velocity is estimated from the displacement.
+    fn estimates_velocity(&self) -> bool {
+        !matches!(self.velocity, Velocity::Sensor)
     }
 
     /// Lets the protection limit the command. After a trip it also replaces the velocity that is compensated for.
@@ -221,6 +253,6 @@ impl<T: Real, const N: usize> Channel<T, N> {
         let contradicted =
             cause == Cause::DisplacementImplausible && state.plausibility.contradicts_velocity();
         let distrusted = if displacement { contradicted && !force } else { balance };
-        distrusted && matches!(self.velocity, Velocity::Sensor)
+        distrusted && !self.estimates_velocity()
     }
 }

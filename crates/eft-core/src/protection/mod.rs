@@ -15,7 +15,6 @@ mod tests;
 mod thresholds;
 mod timing;
 
-pub(crate) use gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
 pub(crate) use limits::{NEVER, samples};
 pub(crate) use plausibility::{Control, Plausibility, PlausibilityState};
 pub use protection::{Protected, Protection, ProtectionInput};

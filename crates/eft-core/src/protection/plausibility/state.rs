@@ -19,7 +19,7 @@ use crate::velocity::FilteredDerivativeState;
 #[repr(C)]
 pub(crate) struct PlausibilityState<T> {
     pub(super) signals: [Signal<T>; 4],
-    /// The distrusted sensors, in the order of [`FORCE`](crate::protection::FORCE) and its siblings.
+    /// The distrusted sensors, in the order of [`FORCE`](crate::protection::gate::FORCE) and its siblings.
     pub(crate) distrusted: [bool; 4],
     /// Set when the force is blamed for a flow balance that contains the velocity as well, or for a jump.
     pub(crate) balance_blame: bool,
