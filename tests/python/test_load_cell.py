@@ -69,10 +69,17 @@ def test_late_and_noisy_sensors_show_the_ratios_of_their_gains(
     assert abs(found.force_over_velocity - over_velocity) < 4.0 * found.force_over_velocity.uncertainty
     ratio = GAINS["velocity"] / GAINS["displacement"]
     assert found.velocity_over_displacement == pytest.approx(ratio, abs=3e-3)
-    # The third root of 1.02³/(1.02·0.99·1.01): what is left is common to all three sensors.
-    common = np.prod(list(GAINS.values())) ** (1.0 / 3.0)
+    # The middle of the outer two gains, here of force and velocity: what is left is common to all three.
+    common = np.sqrt(max(GAINS.values()) * min(GAINS.values()))
     assert found.gain == pytest.approx(GAINS["force"] / common, abs=3e-3)
-    assert found.gain.uncertainty == pytest.approx(0.01 / np.sqrt(3.0), rel=0.1)
+    assert 0.002 < found.gain.uncertainty < 0.004
+
+
+def test_gains_further_apart_than_the_tolerance_are_refused(
+    measured: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> None:
+    with pytest.raises(ValueError, match=r"gain_uncertainty = 0\.0005: must be larger: load cell over velocity"):
+        eft.identification.identify_load_cell(RIG, *measured, RATE, gain_uncertainty=0.0005)
 
 
 def test_the_command_line_agrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

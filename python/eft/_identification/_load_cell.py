@@ -36,11 +36,12 @@ def identify_load_cell(
     """Find the gain of the load cell in a test, preferably a sweep from 0 to 40 Hz.
 
     From four times the natural frequency to 35 Hz the inertia takes nearly the whole force, so a known mass
-    compares force and velocity. Displacement and velocity are compared from 0.5 to 10 Hz. If the gains of all
-    three sensors are equally uncertain, the most likely gain of the load cell shares the errors among them.
-    Without noise its uncertainty is that of one gain over √3. Latencies of the sensors have no effect.
-    Configured bandwidths and attachment are allowed for. An unknown bandwidth below some hundred Hz changes
-    the gain, and so does a specimen that is not elastic above four times its natural frequency.
+    compares force and velocity. Displacement and velocity are compared from 0.5 to 10 Hz. The gains of all
+    three sensors have the same tolerance, with a rectangular distribution of softened limits. The gain of the
+    load cell is the mean of those that leave all three within it. The further the three gains lie apart, the
+    more certain it is. Latencies of the sensors have no effect. Configured bandwidths and attachment are
+    allowed for. An unknown bandwidth below some hundred Hz changes the gain, and so does a specimen that is
+    not elastic above four times its natural frequency.
 
     Parameters
     ----------
@@ -55,7 +56,7 @@ def identify_load_cell(
     sample_rate : float
         In Hz.
     gain_uncertainty : float
-        Standard deviation of each sensor's gain before the test, as a share.
+        Standard deviation of each sensor's gain before the test, as a share: its tolerance over √3.
     mass_uncertainty : float
         Standard deviation of `structure.mass`, as a share.
 
@@ -69,7 +70,8 @@ def identify_load_cell(
     ValueError
         If a signal is short or has gaps, an uncertainty is out of range, the sample rate is below 80 Hz, the
         structure is a building, has a power damper or a natural frequency above 8.75 Hz, the piston has play,
-        the test lacks these frequencies, or a unit or a sign is wrong.
+        the test lacks these frequencies, a unit or a sign is wrong, or the gains lie further apart than
+        `gain_uncertainty` allows.
 
     Examples
     --------

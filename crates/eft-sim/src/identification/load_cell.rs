@@ -3,10 +3,10 @@
 //! Well above its natural frequency a specimen of known mass moves by `V = (F + a + b/s)/Z` with `Z = m·s + c + k/s`,
 //! and the displacement is `X = (V + d + e/s)/s`. The real numbers `a`, `b` and `d` are the changes of momentum, spring
 //! force and displacement over a record that does not end as it began, and `e` the drift of the velocity's sensor.
-//! Least squares give the ratios of the gains of force, velocity and displacement. With all three gains equally
-//! uncertain, the load cell's is the one that makes the three errors smallest.
+//! Least squares give the ratios of the gains of force, velocity and displacement. All three gains have the same
+//! tolerance. The load cell's gain is the mean of those that leave all three within it.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use super::Estimate;
 use super::clipping::check_unclipped;
@@ -32,6 +32,10 @@ const LARGEST_UNCERTAINTY: f64 = 0.05;
 const LEAST_RATE: f64 = 80.0;
 /// Steps of the delay between two signals.
 const ITERATIONS: usize = 4;
+/// Width of a tolerance's limits over the tolerance (1): it is a round number, not the edge of what occurs.
+const WIDTH_OF_LIMITS: f64 = 0.1;
+/// Numbers on each side of the middle for the distribution of a gain, and the largest over the tolerance (1).
+const GRID: (i32, f64) = (100, 1.5);
 
 /// Gains of the sensors, from each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,13 +62,13 @@ pub struct SpecimenSignals<'a> {
 /// The gain of a rig's load cell from a test sampled at a rate (Hz), best a sweep from 0 to 40 Hz.
 ///
 /// `gain_uncertainty` (1) is that of each sensor's gain before the test, `mass_uncertainty` (1) that of
-/// `structure.mass`, both as standard deviations. Configured bandwidths and attachment are allowed for. The structure must
-/// be elastic in the band.
+/// `structure.mass`, both as standard deviations. The gains have a tolerance of about √3 times their uncertainty.
+/// Configured bandwidths and attachment are allowed for. The structure must be elastic in the band.
 ///
 /// # Errors
 /// Unequal, too short or incomplete signals, a sample rate below 80 Hz, uncertainties out of range, a building, a power
 /// damper, a play between piston and sensor, a natural frequency above 8.75 Hz, a test without these frequencies, or signals
-/// that no gain near one explains.
+/// that no gains near one, or within their tolerance, explain.
 pub fn identify_load_cell(
     rig: &RigConfig,
     signals: SpecimenSignals<'_>,
@@ -102,7 +106,14 @@ pub fn identify_load_cell(
     let (force_over_velocity, velocity_over_displacement) =
         (inverse(velocity_ratio), inverse(displacement_ratio));
     let gain =
-        most_likely(force_over_velocity, velocity_over_displacement, gain_uncertainty, mass_uncertainty);
+        within_tolerance(force_over_velocity, velocity_over_displacement, gain_uncertainty, mass_uncertainty)
+            .ok_or_else(|| {
+                let allowed = format!(
+                    "must be larger: load cell over velocity is {:.4}, velocity over displacement {:.4}",
+                    force_over_velocity.value, velocity_over_displacement.value
+                );
+                Error::value("gain_uncertainty", gain_uncertainty, allowed)
+            })?;
     Ok(LoadCellEstimate { gain, force_over_velocity, velocity_over_displacement })
 }
 
@@ -181,39 +192,101 @@ fn ratio<const N: usize>(
     Ok(factor)
 }
 
-/// The load cell's gain with the smallest squares of all errors in their uncertainties, in logarithms of the gains.
-fn most_likely(over_velocity: Estimate, velocity_over: Estimate, gain: f64, mass: f64) -> Estimate {
-    let relative = |one: Estimate| one.uncertainty / one.value;
-    // Both ratios to the load cell share the noise of the first and the error of the mass.
-    let common_variance = mass * mass + relative(over_velocity).powi(2);
-    let variances = [gain * gain, gain * gain + relative(velocity_over).powi(2)];
-    let first = over_velocity.value.ln();
-    let logarithms = [first, first + velocity_over.value.ln()];
-    let weight: f64 = variances.iter().map(|one| one.recip()).sum();
-    let sum: f64 = logarithms.iter().zip(&variances).map(|(one, variance)| one / variance).sum();
-    let shared = 1.0 + common_variance * weight;
-    let precision = shared / (gain * gain) + weight;
-    let value = (sum / precision).exp();
-    Estimate { value, uncertainty: value * (shared / precision).sqrt() }
+/// The load cell's gain, in logarithms of the gains: its mean where all three are within their tolerance.
+///
+/// Before the test each gain has a rectangular distribution with inexactly known limits (JCGM 101:2008, 6.4.3), of standard
+/// deviation `gain`.
+fn within_tolerance(
+    over_velocity: Estimate,
+    velocity_over: Estimate,
+    gain: f64,
+    mass: f64,
+) -> Option<Estimate> {
+    let tolerance = gain * (3.0 / (1.0 + (PI * WIDTH_OF_LIMITS).powi(2))).sqrt();
+    let step = GRID.1 * tolerance / f64::from(GRID.0);
+    let gains: Vec<f64> = (-GRID.0..=GRID.0).map(|index| f64::from(index) * step).collect();
+    let before: Vec<f64> = gains
+        .iter()
+        .map(|one| 1.0 / (1.0 + ((one.abs() / tolerance - 1.0) / WIDTH_OF_LIMITS).exp()))
+        .collect();
+    // The distribution of a gain, from that of another one and their ratio.
+    let from = |others: &[f64], ratio: Estimate, more: f64| -> Vec<f64> {
+        let middle = ratio.value.ln();
+        let deviation = (ratio.uncertainty / ratio.value).hypot(more).max(step);
+        let share = |one: f64| -> f64 {
+            let density = |other: f64| (-0.5 * ((one - other - middle) / deviation).powi(2)).exp();
+            gains.iter().zip(others).map(|(&other, weight)| weight * density(other)).sum()
+        };
+        gains.iter().zip(&before).map(|(&one, weight)| weight * share(one)).collect()
+    };
+    let velocity = from(&before, velocity_over, 0.0);
+    let force = from(&velocity, over_velocity, mass);
+    let mean_of = |value: &dyn Fn(f64) -> f64| {
+        let sum: f64 = gains.iter().zip(&force).map(|(&one, weight)| weight * value(one)).sum();
+        sum / force.iter().sum::<f64>()
+    };
+    let mean = mean_of(&|one| one);
+    let value = mean.exp();
+    let uncertainty = value * mean_of(&|one| (one - mean).powi(2)).sqrt();
+    uncertainty.is_finite().then_some(Estimate { value, uncertainty })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn exact(value: f64) -> Estimate {
+        Estimate { value, uncertainty: 0.0 }
+    }
+
     #[test]
-    fn equal_uncertainties_share_the_errors_equally() {
-        let exact = |value: f64| Estimate { value, uncertainty: 0.0 };
-        // Gains of 1.02 (force), 1.00 (velocity) and 0.99 (displacement).
-        let found = most_likely(exact(1.02), exact(1.0 / 0.99), 0.01, 0.0);
-        let expected = (1.02_f64.powi(2) / 0.99).powf(1.0 / 3.0);
-        assert!((found.value / expected - 1.0).abs() < 1e-12, "{found:?}");
-        assert!((found.uncertainty / found.value - 0.01 / 3.0_f64.sqrt()).abs() < 1e-12, "{found:?}");
-        // An unknown mass says nothing about the gain.
-        let unknown = most_likely(exact(1.02), exact(1.0), 0.01, 1e6);
+    fn the_gain_is_the_middle_of_those_within_the_tolerance() {
+        // Gains of 1.02 (force), 1.00 (velocity) and 0.99 (displacement): the outer two bound the common error.
+        let found = within_tolerance(exact(1.02), exact(1.0 / 0.99), 0.01, 0.0).expect("within");
+        let middle = 1.02 / (1.02_f64 * 0.99).sqrt();
+        assert!((found.value - middle).abs() < 1e-4, "{found:?} {middle}");
+        // Its limits are half as far apart as the two gains leave of the tolerance, and soft.
+        let left = 0.01 * 3.0_f64.sqrt() - 0.5 * (1.02_f64 / 0.99).ln();
+        assert!(found.uncertainty > left / 3.0_f64.sqrt() && found.uncertainty < 3.5e-3, "{found:?} {left}");
+    }
+
+    #[test]
+    fn equal_gains_leave_a_common_error_of_nearly_the_whole_tolerance() {
+        let found = within_tolerance(exact(1.0), exact(1.0), 0.01, 0.0).expect("within");
+        assert!((found.value - 1.0).abs() < 1e-9, "{found:?}");
+        assert!(found.uncertainty > 8e-3 && found.uncertainty < 1e-2, "{found:?}");
+    }
+
+    #[test]
+    fn an_unknown_mass_says_nothing_about_the_gain() {
+        let found = within_tolerance(exact(1.02), exact(1.0), 0.01, 1e6).expect("within");
+        assert!((found.value - 1.0).abs() < 1e-9 && (found.uncertainty - 0.01).abs() < 1e-4, "{found:?}");
+    }
+
+    #[test]
+    fn gains_beyond_their_tolerance_have_no_common_error() {
+        assert_eq!(within_tolerance(exact(1.3), exact(1.0), 0.001, 0.0), None);
+    }
+
+    #[test]
+    fn the_error_of_drawn_gains_is_as_stated_and_smaller_than_that_of_their_mean() {
+        let mut draws = (1..=200_u32).map(|index| {
+            // An even sequence of the unit cube (Weyl, of the plastic number's kind for three dimensions).
+            let part = |step: f64| 0.02 * (2.0 * (f64::from(index) * step).fract() - 1.0);
+            [part(0.819_172_513), part(0.671_043_607), part(0.549_700_478)]
+        });
+        let sums = draws.try_fold([0.0; 3], |sums, [force, velocity, displacement]| {
+            let (first, second) = (exact((force - velocity).exp()), exact((velocity - displacement).exp()));
+            let found = within_tolerance(first, second, 0.02 / 3.0_f64.sqrt(), 0.0)?;
+            let error = found.value.ln() - force;
+            let mean = -(force + velocity + displacement) / 3.0;
+            let stated = found.uncertainty / found.value;
+            Some([sums[0] + error * error, sums[1] + mean * mean, sums[2] + stated * stated])
+        });
+        let [error, of_mean, stated] = sums.expect("within").map(|sum| 100.0 * (sum / 200.0).sqrt());
         assert!(
-            (unknown.value - 1.0).abs() < 1e-9 && (unknown.uncertainty - 0.01).abs() < 1e-9,
-            "{unknown:?}"
+            error < 0.97 * of_mean && error < 1.02 * stated && error > 0.8 * stated,
+            "{error} {of_mean} {stated}"
         );
     }
 }
