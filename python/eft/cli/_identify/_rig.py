@@ -103,7 +103,7 @@ def force_loop(file: Path, rig: Path, output: Path | None, as_json: bool, **data
 )
 @click.argument("file", type=FILE)
 @click.option("--rig", type=FILE, required=True, help="Rig file, with the specimen.")
-@click.option("--gain-uncertainty", type=float, default=0.01, help="Of each sensor's gain: tolerance over √3.")
+@click.option("--gain-uncertainty", type=float, default=0.01, help="Of each sensor's gain; tolerance/√3.")
 @click.option("--mass-uncertainty", type=float, default=0.0, help="Of the specimen's mass, as a share.")
 @data_options
 @as_json
