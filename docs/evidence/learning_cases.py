@@ -1,15 +1,14 @@
 """Self-calibration with late or noisy sensors, and with valves of another curve.
 
-``python docs/evidence/learning_cases.py LABEL`` runs every test and stores its results under this label in
-``data/learning_cases.csv``. The label "designed loop" runs only the curves, with that loop. `report` makes
-the tables of the page. The same label replaces its rows.
+``python docs/evidence/learning_cases.py`` runs every test and stores the results in ``data``.
+`report` makes the tables of the page.
 """
 
 import csv
+import io
 import math
 import os
-import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,21 +22,12 @@ from eft._files import write_text
 RESULTS = Path(__file__).parent / "data" / "learning_cases.csv"
 BAND = (0.5, 9.5)
 AMPLITUDES = (2200.0, 8900.0)
+COLUMNS = ["table", "case", "scheme", "amplitude", "lowest", "highest"]
 SCHEMES: dict[str, dict[str, object]] = {
-    "fixed": {"compensation.feedforward": True},
+    "fixed, with feedforward": {"compensation.feedforward": True},
     "one gain": ADAPTIVE,
     "curve": ADAPTIVE | {"compensation.curve_correction": True},
 }
-TODAY = "shape of the curve"
-DESIGNED = "designed loop"
-# The columns of the page: label, scheme, title.
-SHOWN = (
-    (TODAY, "fixed", "fixed, with feedforward"),
-    ("delay of the valve", "one gain", "one gain, valve's delay alone"),
-    (TODAY, "one gain", "one gain, velocity's delay as well"),
-    ("delay of the velocity", "curve", "curve, each band by itself"),
-    (TODAY, "curve", "curve, its shape with a variance"),
-)
 
 
 @dataclass(frozen=True)
@@ -113,7 +103,7 @@ def with_s(share: float) -> dict[str, object]:
     return {"servovalve.flow_table.flows": flows}
 
 
-def curves() -> Iterator[Case]:
+def designed() -> Iterator[Case]:
     """Every row of the table of the designed loop."""
     loop = {"controller.force_loop": "robust", "compensation.look_ahead": True}
     yield Case("sound calibration", {}, loop)
@@ -122,8 +112,8 @@ def curves() -> Iterator[Case]:
     yield Case("kink: 20 % less up to 15 % of opening", with_kink(0.2), loop)
 
 
-def cases() -> Iterator[Case]:
-    """Every row of the table."""
+def late_or_noisy() -> Iterator[Case]:
+    """Every row of the table of the paper's loop."""
     yield Case("sound calibration")
     yield Case("flow gain 0.9, valve 8 ms", {"servovalve.flow_gain_scale": 0.9} | late_valve(8e-3))
     yield Case("flow gain 1.1, valve 3 ms", {"servovalve.flow_gain_scale": 1.1} | late_valve(3e-3))
@@ -147,61 +137,59 @@ def late_valve(delay: float) -> dict[str, object]:
     return {key.removeprefix("truth."): value for key, value in valve_delay(delay).items()}
 
 
-def read() -> list[dict[str, str]]:
-    """The stored results."""
-    with RESULTS.open(encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+TABLES = {"cases": late_or_noisy, "curves": designed}
 
 
-def main(label: str) -> None:
-    """Runs every test, and stores the results under a label."""
-    kept = [row for row in read() if row["label"] != label] if RESULTS.exists() else []
-    tests = list(curves() if label == DESIGNED else cases())
-    jobs = [(case, scheme, amplitude) for case in tests for scheme in SCHEMES for amplitude in AMPLITUDES]
+def main() -> None:
+    """Runs every test, and stores the results."""
+    jobs = [
+        (table, case, scheme, amplitude)
+        for table, cases in TABLES.items()
+        for case in cases()
+        for scheme in SCHEMES
+        for amplitude in AMPLITUDES
+    ]
 
-    def row(job: tuple[Case, str, float]) -> dict[str, str]:
-        case, scheme, amplitude = job
+    def row(job: tuple[str, Case, str, float]) -> list[str]:
+        table, case, scheme, amplitude = job
         lowest, highest = case.run(scheme, amplitude)
-        found = {"lowest": f"{lowest:.3f}", "highest": f"{highest:.3f}"}
-        return {"label": label, "case": case.name, "scheme": scheme, "amplitude": f"{amplitude:.0f}"} | found
+        return [table, case.name, scheme, f"{amplitude:.0f}", f"{lowest:.3f}", f"{highest:.3f}"]
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        rows = kept + list(pool.map(row, jobs))
-    text = [",".join(rows[0])] + [",".join(f'"{v}"' if "," in v else v for v in row.values()) for row in rows]
-    write_text(RESULTS, "\n".join(text) + "\n")
+        rows = list(pool.map(row, jobs))
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([COLUMNS, *rows])
+    write_text(RESULTS, text.getvalue())
 
 
-def table(cases: Iterable[Case], shown: Iterable[tuple[str, str, str]]) -> str:
-    """Force over command, 2.2 and 8.9 kN in each cell, with a label and a scheme in each column."""
-    shown = list(shown)
+def table(name: str) -> str:
+    """Force over command, 2.2 and 8.9 kN in each cell, with a scheme in each column."""
+    with RESULTS.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
     found = {
         (
-            row["label"],
+            row["table"],
             row["case"],
             row["scheme"],
             float(row["amplitude"]),
         ): f"{row['lowest']}–{row['highest']}"
-        for row in read()
+        for row in rows
     }
-
-    def cell(label: str, case: str, scheme: str) -> str:
-        return " / ".join(found[label, case, scheme, amplitude] for amplitude in AMPLITUDES)
-
-    lines = ["| case | " + " | ".join(title for *_, title in shown) + " |"]
-    lines.append("| --- " * (1 + len(shown)) + "|")
-    for case in cases:
-        cells = " | ".join(cell(label, case.name, scheme) for label, scheme, _ in shown)
-        lines.append(f"| {case.name} | {cells} |")
+    lines = [f"| case | {' | '.join(SCHEMES)} |", "| --- " * (1 + len(SCHEMES)) + "|"]
+    for case in TABLES[name]():
+        cells = [
+            " / ".join(found[name, case.name, scheme, amplitude] for amplitude in AMPLITUDES)
+            for scheme in SCHEMES
+        ]
+        lines.append(f"| {case.name} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 
 def report(folder: Path) -> None:
     """The tables that the page includes."""
-    write_text(folder / "learning_cases.md", table(cases(), SHOWN))
-    designed = [(DESIGNED, "fixed", "fixed, with feedforward")]
-    designed += [(DESIGNED, scheme, scheme) for scheme in SCHEMES if scheme != "fixed"]
-    write_text(folder / "learning_curves.md", table(curves(), designed))
+    for name in TABLES:
+        write_text(folder / f"learning_{name}.md", table(name))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main()
