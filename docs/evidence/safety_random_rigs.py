@@ -85,10 +85,11 @@ def configured(drawn: Drawn) -> eft.Rig:
     """The rig of the sheets, with a supply that does not sag."""
     flow = drawn["capacity"] / PRESSURE * drawn["speed"] / np.sqrt(3.0)
     sheets = data_sheets(drawn, PRESSURE, flow, flow) | {"controller": {"sample_rate": drawn["sample_rate"]}}
-    adaptive = drawn["scheme"] == "adaptive"
+    adaptive = drawn["scheme"] != "fixed"
     scheme = {"compensation.adaptive": adaptive, "compensation.feedforward": adaptive}
     stiff = dict.fromkeys(("supply.droop", "supply.accumulator", "supply.pump_flow"))
-    scheme |= {"compensation.supply_correction": False, "compensation.curve_correction": False}
+    curve = drawn["scheme"] == "curve"
+    scheme |= {"compensation.supply_correction": False, "compensation.curve_correction": curve}
     return eft.data_sheets.rig(sheets).replace(stiff | scheme | LOOPS[str(drawn["loop"])])
 
 
@@ -179,14 +180,21 @@ def protected(drawn: Drawn, source: str, seed: int) -> Protected:
 
 
 def faults_of(
-    number: int, source: str, seed: int = SEED, within: tuple[float, float] = LATER, off: float = 1.0
+    number: int,
+    source: str,
+    seed: int = SEED,
+    within: tuple[float, float] = LATER,
+    off: float = 1.0,
+    scheme: str | None = None,
 ) -> tuple[dict[str, object], list[dict[str, object]]]:
     """The row of a rig with a velocity sensor or an estimate, and a row for each of its faults.
 
-    The null bias is that of the draw times a factor. Only faults in a running test run with other settings.
+    The null bias is that of the draw times a factor. Only faults in a running test, with the scheme of the
+    draw, run with other settings.
     """
     drawn, random = draw(number, seed)
     drawn["null_bias"] *= off
+    drawn["scheme"] = scheme or drawn["scheme"]
     if source != SENSOR:
         source = drawn["estimate"]
     guarded, command, level, low, row = found = protected(drawn, source, number)
@@ -194,9 +202,10 @@ def faults_of(
         return row, []
     rate = float(drawn["sample_rate"])
     settings: dict[str, dict[str, object]] = {"usual": {}}
-    if within == LATER and source == SENSOR and low["force"] < level["force"]:
+    others = within == LATER and source == SENSOR and scheme is None
+    if others and low["force"] < level["force"]:
         settings["low"] = {"protection.force_trip": low["force"]}
-    if within == LATER and source == SENSOR and rate < LOWEST_RATE:
+    if others and rate < LOWEST_RATE:
         settings["few"] = {"protection.lost_samples": round(LOST * rate)}
     faults = []
     for signal, kind in CASES:
