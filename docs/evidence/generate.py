@@ -18,6 +18,7 @@ import null_bias
 import paper_figures
 import random_plants
 import random_rigs
+import safety_rig_tables
 import safety_sound_tables
 import safety_tables
 import sized_rigs
@@ -42,6 +43,7 @@ if __name__ == "__main__":
     designed_plants.report(FOLDER)
     random_plants.report(FOLDER)
     random_rigs.report(FOLDER)
+    safety_rig_tables.report(FOLDER)
     safety_sound_tables.report(FOLDER)
     safety_tables.report(FOLDER)
     sized_rigs.report(FOLDER)

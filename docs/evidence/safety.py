@@ -69,9 +69,9 @@ EFFECTS: tuple[dict[str, object], ...] = (
 )
 
 
-def quake(mass: float) -> eft.Command:
+def quake(mass: float, rate: float = RATE) -> eft.Command:
     """The El Centro test."""
-    return eft.effective_force(eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO), mass, RATE)
+    return eft.effective_force(eft.read_record(Path(eft.__file__).parent / "data" / EL_CENTRO), mass, rate)
 
 
 def tests() -> list[tuple[np.ndarray, float, float]]:

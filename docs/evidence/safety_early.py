@@ -3,8 +3,8 @@
 ``python docs/evidence/safety_early.py [COUNT] [SEED]`` draws rigs as `safety_random_rigs` does, and runs the
 same faults, but at random moments within the first 1.2 s. Each rig runs with a velocity sensor, with a null
 bias of up to 0.5 % of opening and of up to 2 %, and with an estimate of the velocity and the smaller bias. It
-writes ``data/safety_early_rigs.csv`` and ``data/safety_early.csv``, from which `safety_tables` makes a table
-of the page. The same seed makes the same tests on every machine.
+writes ``data/safety_early_rigs.csv`` and ``data/safety_early.csv``, from which
+`safety_rig_tables` makes a table of the page. The same seed makes the same tests on every machine.
 """
 
 import os

@@ -5,8 +5,8 @@ each, once with a velocity sensor and once with an estimate of the velocity. If 
 nor its verdict is a "no", each fault of each sensor begins at a random moment. The levels are those of the
 how-to. With a velocity sensor faults of the load cell run again with a level of a sixteenth of the capacity,
 and those at the lowest sample rate with fewer lost samples. It writes ``data/safety_rigs.csv`` and
-``data/safety_rig_faults.csv``, from which `safety_tables` makes three tables of the page (half an hour of one
-core). The same seed makes the same tests on every machine.
+``data/safety_rig_faults.csv``, from which `safety_rig_tables` makes three tables of the page (half
+an hour of one core). The same seed makes the same tests on every machine.
 """
 
 import sys

@@ -2,7 +2,7 @@
 
 ``python docs/evidence/safety_second.py [COUNT] [SEED]`` draws rigs as `safety_random_rigs` does, with a
 digital loop. Each pair of sensors fails once, with a random kind of either fault: the first one in a running
-test, the second one 0.02 to 0.5 s later. It writes ``data/safety_second.csv``, from which `safety_tables`
+test, the second one 0.02 to 0.5 s later. It writes ``data/safety_second.csv``, from which `safety_rig_tables`
 makes a table of the page. The same seed makes the same tests on every machine.
 """
 

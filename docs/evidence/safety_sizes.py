@@ -50,40 +50,48 @@ def protected(known: eft.Rig) -> tuple[eft.Rig, float, float]:
     return known.replace(LOOP | changes), force, displacement
 
 
-def commands(known: eft.Rig) -> list[tuple[np.ndarray, float, float]]:
+def commands(known: eft.Rig, rate: float = RATE) -> list[tuple[np.ndarray, float, float]]:
     """Commands, and the time within which faults begin (s)."""
     capacity = coverage.capacity(known)
     own = float(np.sqrt(known["structure.stiffness"] / known["structure.mass"])) / (2 * np.pi)
-    sine = eft.sine_sweep(6 / 156 * capacity, 0.95 * own, 0.95 * own, 8.0, RATE)
-    sweep = eft.sine_sweep(8.9 / 156 * capacity, 0.0, 10.0, 32.0, RATE)
-    quake = safety.quake(known["structure.mass"])
+    sine = eft.sine_sweep(6 / 156 * capacity, 0.95 * own, 0.95 * own, 8.0, rate)
+    sweep = eft.sine_sweep(8.9 / 156 * capacity, 0.0, 10.0, 32.0, rate)
+    quake = safety.quake(known["structure.mass"], rate)
     times = ((2.0, 6.0), (3.0, 28.0 if own > 4.0 else 5.76 * own), (1.5, 20.0))
     values = (np.asarray(within_the_rig(known, one).values) for one in (sine, sweep, quake))
     return [(one, *time) for one, time in zip(values, times, strict=True)]
 
 
 def drawn(
-    seed: int, case: str, excitations: Sequence[tuple[np.ndarray, float, float]], moments: int
+    seed: int,
+    case: str,
+    excitations: Sequence[tuple[np.ndarray, float, float]],
+    moments: int,
+    rate: float = RATE,
 ) -> tuple[list[float], list[int], list[np.ndarray]]:
     """Random starts (s) of the faults of a case, the first sample of each, and its command in turn."""
     random = np.random.default_rng([seed, *case.encode()])
     chosen = [excitations[moment % len(excitations)] for moment in range(moments)]
     starts = [random.uniform(first, last) for _, first, last in chosen]
-    return starts, [int(np.ceil(start * RATE)) for start in starts], [values for values, _, _ in chosen]
+    return starts, [int(np.ceil(start * rate)) for start in starts], [values for values, _, _ in chosen]
 
 
-def noticed(run: eft.TestRun, begin: int) -> float:
+def noticed(run: eft.TestRun, begin: int, rate: float = RATE) -> float:
     """Time (s) from a fault's first sample to the trip; negative if it tripped before."""
     tripped = (run.status & eft.Status.TRIPPED) != 0
-    return float(tripped.argmax() - begin) / RATE if tripped.any() else np.inf
+    return float(tripped.argmax() - begin) / rate if tripped.any() else np.inf
 
 
 def summary(
-    found: Sequence[eft.TestRun], begins: Sequence[int], force_level: float, displacement_level: float
+    found: Sequence[eft.TestRun],
+    begins: Sequence[int],
+    force_level: float,
+    displacement_level: float,
+    rate: float = RATE,
 ) -> dict[str, object]:
     """Time to notice the faults, and the largest force and displacement over their levels."""
     pairs = list(zip(found, begins, strict=True))
-    times = np.array([noticed(run, begin) for run, begin in pairs])
+    times = np.array([noticed(run, begin, rate) for run, begin in pairs])
     forces = np.array([safety.largest(run.force[begin:]) for run, begin in pairs]) / force_level
     moved = max(safety.largest(run.displacement[begin:]) for run, begin in pairs)
     return {
@@ -96,13 +104,19 @@ def summary(
     }
 
 
-def sizes(moments: int) -> Iterator[dict[str, object]]:
+def sizes(
+    moments: int,
+    cases: Sequence[tuple[str, str]] = CASES,
+    rate: float = RATE,
+    further: dict[str, object] | None = None,
+) -> Iterator[dict[str, object]]:
     """One row per rig and fault: detection, and the largest force and displacement over their levels."""
     for size, known in coverage.RIGS.items():
         rig, force_level, displacement_level = protected(known)
-        excitations = commands(known)
-        for signal, kind in CASES:
-            starts, begins, forces_of = drawn(SEED, f"{signal} {kind} {size}", excitations, moments)
+        rig = rig.replace(further or {})
+        excitations = commands(known, rate)
+        for signal, kind in cases:
+            starts, begins, forces_of = drawn(SEED, f"{signal} {kind} {size}", excitations, moments, rate)
 
             def rig_of(
                 moment: int,
@@ -113,9 +127,9 @@ def sizes(moments: int) -> Iterator[dict[str, object]]:
                 values: list[np.ndarray] = forces_of,
             ) -> tuple[eft.Rig, eft.Command]:
                 changes = safety.fault(*case, starts[moment]) | SCHEMES[moment // 3 % 2]
-                end = begins[moment] + int(2.0 * RATE)
+                end = begins[moment] + int(2.0 * rate)
                 return rig.replace(changes | {"sensors.seed": moment}), eft.Command(
-                    values[moment][:end], RATE
+                    values[moment][:end], rate
                 )
 
             found = safety.runs(rig_of, moments)
@@ -124,7 +138,7 @@ def sizes(moments: int) -> Iterator[dict[str, object]]:
                 "signal": signal,
                 "kind": kind,
                 "moments": moments,
-                **summary(found, begins, force_level, displacement_level),
+                **summary(found, begins, force_level, displacement_level, rate),
             }
 
 

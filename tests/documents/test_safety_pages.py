@@ -10,7 +10,7 @@ pytestmark = pytest.mark.usefixtures("quick_pictures")
 
 
 def test_the_kept_early_faults_are_what_the_code_gives(script, monkeypatch):
-    study, tables = script("safety_early"), script("safety_tables")
+    study, tables = script("safety_early"), script("safety_rig_tables")
     rigs, kept = tables.read(study.RIGS), tables.read(study.FAULTS)
     # The first rig with faults of all variants.
     failing = [{row["rig"] for row in rows} for rows in tables.early()]
@@ -129,7 +129,7 @@ def test_the_pages_on_the_protection_state_the_kept_tests_with_a_play(script):
 
 
 def test_the_pages_on_the_protection_state_the_kept_early_faults(script):
-    tables = script("safety_tables")
+    tables = script("safety_rig_tables")
     variants = tables.early()
     text, safety = (
         " ".join(page.read_text(encoding="utf-8").split())
@@ -155,7 +155,7 @@ def test_the_pages_on_the_protection_state_the_kept_early_faults(script):
 
 
 def test_the_kept_second_faults_are_what_the_code_gives(script):
-    study, tables = script("safety_second"), script("safety_tables")
+    study, tables = script("safety_second"), script("safety_rig_tables")
     kept = tables.read(study.SECOND)
     number = kept[0]["rig"]
     for row, now in zip(
@@ -305,3 +305,14 @@ def test_the_pages_on_the_protection_state_the_kept_disturbed_readings(script):
     assert unnoticed(judged(rows, "spool", "drift", share="0.01")[0]) == 29
     assert unnoticed(judged(rows, "velocity", "noise", share="0.005")[0]) == 7
     assert unnoticed(judged(rows, "spool", "noise", share="0.005")[0]) == 60
+
+
+def test_the_kept_faults_at_other_rates_are_what_the_code_gives(script, monkeypatch):
+    rates, tables, sizes = script("safety_rates"), script("safety_tables"), script("safety_sizes")
+    kept = max(tables.read(rates.RESULTS), key=lambda row: float(row["force"]))
+    rate = float(kept["rate"])
+    monkeypatch.setattr(sizes.coverage, "RIGS", {kept["size"]: sizes.coverage.RIGS[kept["size"]]})
+    case = (kept["signal"], kept["kind"])
+    further = {"protection.lost_samples": rates.LOST[rate]}
+    (now,) = sizes.sizes(int(kept["moments"]), (case,), rate, further)
+    same(kept, {"rate": rate} | now)

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.usefixtures("quick_pictures")
 
 def faults(script):
     """The tables, the kept rigs with a velocity sensor, their faults, and those with an estimate."""
-    study, tables = script("safety_random_rigs"), script("safety_tables")
+    study, tables = script("safety_random_rigs"), script("safety_rig_tables")
     rows = tables.read(study.FAULTS)
     sensed = [row for row in rows if row["source"] == study.SENSOR]
     rigs = {row["rig"]: row for row in tables.read(study.RIGS) if row["source"] == study.SENSOR}
@@ -18,7 +18,7 @@ def faults(script):
 
 
 def test_the_kept_faults_of_random_rigs_are_what_the_code_gives(script, monkeypatch):
-    study, tables = script("safety_random_rigs"), script("safety_tables")
+    study, tables = script("safety_random_rigs"), script("safety_rig_tables")
     rigs, kept = tables.read(study.RIGS), tables.read(study.FAULTS)
     # The first rig with each of the three settings, and with faults of an estimate.
     estimated = {row["rig"] for row in kept if row["source"] != study.SENSOR}
@@ -104,7 +104,7 @@ def test_the_remarks_on_the_protection_state_the_kept_faults(script):
 
 
 def test_the_kept_faults_with_the_curve_correction_are_what_the_code_gives(script, monkeypatch):
-    study, tables = script("safety_curve"), script("safety_tables")
+    study, tables = script("safety_curve"), script("safety_rig_tables")
     rigs, kept = tables.read(study.RIGS), tables.read(study.FAULTS)
     worst = max(kept, key=lambda row: float(row["force"]))
     monkeypatch.setattr(script("safety_random_rigs"), "RUN", ((worst["signal"], worst["kind"]),))
