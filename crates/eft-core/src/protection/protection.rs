@@ -96,6 +96,17 @@ pub struct Protected<T> {
     pub status: u32,
 }
 
+/// What the levels say of the measurements of a sample.
+struct Exceeded {
+    /// The first trip level that is exceeded.
+    cause: Cause,
+    /// Whether a warning level is exceeded, and a level that opens the loop at once.
+    warning: bool,
+    shutdown: bool,
+    /// Whether a measurement is not finite.
+    lost: bool,
+}
+
 impl<T: Real> Protection<T> {
     /// One sample.
     ///
@@ -118,28 +129,9 @@ impl<T: Real> Protection<T> {
         count(&mut state.lost_commands, !command_valid);
         // The closed loop stops a motion that only the flow balance shows, with a smaller force than a closed valve.
         let loop_stops = state.motion_by_flow && !state.command_ramp.is_zero();
-        let [mut warning, mut shutdown, mut valid] = [false, false, true];
-        let mut cause = Cause::None;
-        for (limit, value, exceeded) in [
-            (&self.force, force, Cause::ForceLevel),
-            (&self.displacement, displacement, Cause::DisplacementLevel),
-            (&self.velocity, velocity, Cause::VelocityLevel),
-            (&self.spool, spool, Cause::SpoolLevel),
-        ] {
-            let size = value.abs();
-            // A value that is not finite is lost, not large.
-            if !(size <= T::splat(f32::MAX as f64)) {
-                valid = false;
-            } else if size > limit.warning {
-                // The levels are in this order.
-                warning = true;
-                if size > limit.trip {
-                    cause = if cause == Cause::None { exceeded } else { cause };
-                    shutdown |= size > limit.shutdown && !(loop_stops && exceeded == Cause::ForceLevel);
-                }
-            }
-        }
-        count(&mut state.lost_measurements, !valid);
+        let Exceeded { mut cause, warning, mut shutdown, lost } =
+            self.exceeded([force, displacement, velocity, spool], loop_stops);
+        count(&mut state.lost_measurements, lost);
         // A force that remains after the ramp, or a wrong sensor, shows that the loop does not work.
         let force_remains = force.abs() > self.force.warning || state.fault_persists;
         let uncontrolled = was_tripped && state.command_ramp.is_zero() && force_remains;
@@ -195,6 +187,32 @@ impl<T: Real> Protection<T> {
                 | flag(timing_error.is_some(), status::MISSED_TICK)
                 | (state.cause as u32) << status::CAUSE_SHIFT,
         }
+    }
+
+    /// Compares force, displacement, velocity and spool with their levels.
+    #[inline(always)]
+    fn exceeded(&self, [force, displacement, velocity, spool]: [T; 4], loop_stops: bool) -> Exceeded {
+        let mut found = Exceeded { cause: Cause::None, warning: false, shutdown: false, lost: false };
+        for (limit, value, level) in [
+            (&self.force, force, Cause::ForceLevel),
+            (&self.displacement, displacement, Cause::DisplacementLevel),
+            (&self.velocity, velocity, Cause::VelocityLevel),
+            (&self.spool, spool, Cause::SpoolLevel),
+        ] {
+            let size = value.abs();
+            // A value that is not finite is lost, not large.
+            if !(size <= T::splat(f32::MAX as f64)) {
+                found.lost = true;
+            } else if size > limit.warning {
+                // The levels are in this order.
+                found.warning = true;
+                if size > limit.trip {
+                    found.cause = if found.cause == Cause::None { level } else { found.cause };
+                    found.shutdown |= size > limit.shutdown && !(loop_stops && level == Cause::ForceLevel);
+                }
+            }
+        }
+        found
     }
 
     /// Continues a shutdown, if there is one, and returns the factor on the velocity (1).
