@@ -13,6 +13,7 @@ from safety_estimates import ESTIMATES, SOURCES
 from safety_null import BIASES, NULL
 from safety_rates import RESULTS as RATES
 from safety_sizes import SIZES
+from safety_swing import RESULTS as SWING
 from safety_zero import ZERO
 
 from eft._files import write_text
@@ -224,20 +225,37 @@ def _of_sizes() -> str:
     return "\n".join([*text, ""])
 
 
-def _of_rates() -> str:
-    """Velocity and spool at other sample rates, and the two rates without a table of their own."""
-    rows = read(RATES)
-    sizes = list(dict.fromkeys(row["size"] for row in rows))
-    text = head("rate", *sizes)
-    for rate in dict.fromkeys(row["rate"] for row in rows):
+def _by_size(first: str, groups: dict[str, list[Row]]) -> str:
+    """The worst of each group of faults on each rig."""
+    sizes = list(dict.fromkeys(row["size"] for rows in groups.values() for row in rows))
+    text = head(first, *sizes)
+    for name, rows in groups.items():
         cells = []
         for size in sizes:
-            of = [row for row in rows if (row["rate"], row["size"]) == (rate, size)]
+            of = [row for row in rows if row["size"] == size]
             exceeding, moments = (sum(int(row[key]) for row in of) for key in ("beyond", "moments"))
-            cells.append(f"{max(float(row['force']) for row in of):.1f}; {exceeding} of {moments}")
-        text.append(f"| {float(rate):,.0f} Hz | {' | '.join(cells)} |")
+            cells.append(f"{max(float(row['force']) for row in of):.2f}; {exceeding} of {moments}")
+        text.append(f"| {name} | {' | '.join(cells)} |")
     text += ["", "A cell has the largest force over its trip level, and how often it exceeds 1.75."]
     return "\n".join([*text, ""])
+
+
+def _of_rates() -> str:
+    """Faults of velocity and spool at other sample rates."""
+    rows = read(RATES)
+    rates = dict.fromkeys(row["rate"] for row in rows)
+    return _by_size(
+        "rate", {f"{float(rate):,.0f} Hz": [row for row in rows if row["rate"] == rate] for rate in rates}
+    )
+
+
+def _of_swing() -> str:
+    """Faults at every moment of a swing, with a wrong flow gain."""
+    groups: dict[str, list[Row]] = {}
+    for row in read(SWING):
+        fault = "displacement" if row["signal"] == "displacement" else "velocity of wrong sign"
+        groups.setdefault(f"{fault}, flow {float(row['gain']):.2f} times the table's", []).append(row)
+    return _by_size("fault", dict(sorted(groups.items())))
 
 
 def _of_pressures() -> str:
@@ -294,6 +312,7 @@ TABLES = {
     "faults": _of_faults,
     "sizes": _of_sizes,
     "rates": _of_rates,
+    "swing": _of_swing,
     "estimates": _of_estimates,
     "pressures": _of_pressures,
     "supplies": _of_supplies,
