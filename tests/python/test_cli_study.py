@@ -12,7 +12,6 @@ import pandas as pd
 import pytest
 
 import eft
-from children import hide_pandas
 from eft.cli import main
 
 COMMAND = '[command]\nkind = "sweep"\namplitude = 8900.0\nf_start = 0.5\nf_end = 4.0\nduration = 1.0\n'
@@ -130,7 +129,6 @@ def test_ctrl_c_keeps_the_chunks_that_are_done_and_the_command_goes_on(folder):
     name = written(
         folder, "[study.grid]\ncompensation.level = { low = 0.5, high = 1.0, count = 1024 }\n", LONG
     )
-    hide_pandas(folder)
     call = [sys.executable, "-m", "eft", "study", name]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60

@@ -1,6 +1,7 @@
 """The folder of a study: its content, its resume, and its state after a kill."""
 
 import json
+import math
 import runpy
 import signal
 import subprocess
@@ -9,11 +10,12 @@ import textwrap
 import time
 
 import pandas as pd
+import pyarrow as pa
 import pyarrow.parquet
 import pytest
 
 import eft
-from children import hide_pandas
+from eft._study._arrow import arrow_array
 from studies import COMMAND, GRID, RANGES, RIG, rows
 
 
@@ -34,6 +36,23 @@ def test_a_folder_is_read_by_pandas_and_carries_what_made_it(tmp_path):
     assert schema.field("actuator.leakage").metadata[b"doc"]
     assert schema.field("delay").metadata[b"unit"] == b"s"
     assert rows(eft.Study.load(tmp_path / "s")) == rows(study) == rows(eft.study(RIG, COMMAND, sampler))
+
+
+def test_columns_of_the_folder_are_as_pyarrow_makes_them():
+    for kind, values in [
+        (pa.float64(), [1.0, None, math.nan, -0.0, 3]), (pa.int64(), [-(2**63), None, 2**63 - 1]),
+        (pa.uint32(), [2**32 - 1, 0]), (pa.bool_(), [True, None, False] * 7), (pa.string(), ["", None, "µ"]),
+        (pa.list_(pa.float64()), [[1.0, 2], None, [], [3.0, None]]),
+    ]:  # fmt: skip
+        for some in (values, values[1:2], []):
+            made, wanted = arrow_array(some, kind), pa.array(some, kind)
+            made.validate(full=True)
+            assert made.type == kind and made.null_count == wanted.null_count
+            assert repr(made.to_pylist()) == repr(wanted.to_pylist())
+    with pytest.raises(OverflowError):
+        arrow_array([-1], pa.uint32())
+    with pytest.raises(TypeError):
+        arrow_array([1.5], pa.int64())
 
 
 def test_a_resumed_study_computes_only_what_is_missing(tmp_path):
@@ -123,7 +142,6 @@ STUDY = textwrap.dedent("""
 def test_a_kill_loses_at_most_the_chunk_in_flight(tmp_path, how):
     script = tmp_path / "study.py"
     script.write_text(STUDY)
-    hide_pandas(tmp_path)
     folder = tmp_path / "s"
     process = subprocess.Popen([sys.executable, script, folder], stderr=subprocess.PIPE)
     deadline = time.monotonic() + 60

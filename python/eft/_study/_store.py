@@ -17,6 +17,7 @@ from eft import _foreign as foreign
 from eft._extras import need
 from eft._files import atomic_write, write_text
 from eft._run import TestRun
+from eft._study._arrow import arrow_array
 from eft._study._checked import checked_about, read_part
 from eft._study._plan import FORMAT, configuration_hash
 from eft._study._rows import Column, Outcome, Row
@@ -169,7 +170,8 @@ class Folder:
                 (self.path / _TRACES).mkdir(exist_ok=True)
                 outcome.run.save(self._trace(outcome.row["index"]))
         columns = by_column([outcome.row for outcome in outcomes], self._schema.names)
-        table = pa.Table.from_pydict(columns, schema=self._schema)
+        arrays = [arrow_array(columns[field.name], field.type) for field in self._schema]
+        table = pa.Table.from_arrays(arrays, schema=self._schema)
         with atomic_write(self._part(number)) as temporary:
             self._parquet.write_table(table, temporary, compression="zstd")
 
