@@ -10,7 +10,16 @@ use crate::plant::Signals;
 impl<S: Num> Signals<S> {
     /// One lane.
     pub(super) fn lane(&self, lane: usize) -> Signals<f64> {
-        Signals::from_array(self.to_array().map(|value| value.lane(lane)))
+        // Not by `map` of an array, which test builds do not inline.
+        Signals {
+            displacement: self.displacement.lane(lane),
+            velocity: self.velocity.lane(lane),
+            force: self.force.lane(lane),
+            spool: self.spool.lane(lane),
+            supply_pressure: self.supply_pressure.lane(lane),
+            acceleration: self.acceleration.lane(lane),
+            load_pressure: self.load_pressure.lane(lane),
+        }
     }
 }
 

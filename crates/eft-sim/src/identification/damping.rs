@@ -154,7 +154,11 @@ fn refine(signal: &[f64], finite: &[usize], sample_rate: f64, sigma: f64, omega:
         for &i in finite {
             let (value, row) = model(p, i as f64 / sample_rate);
             let residual = signal[i] - value;
-            normal += row * row.transpose();
+            for j in 0..6 {
+                for i in j..6 {
+                    normal[(i, j)] += row[i] * row[j];
+                }
+            }
             right += row * residual;
             cost += residual * residual;
         }
@@ -188,6 +192,7 @@ fn refine(signal: &[f64], finite: &[usize], sample_rate: f64, sigma: f64, omega:
             }
         }
     }
+    normal.fill_upper_triangle_with_lower_triangle();
     Some((cost, p, normal.try_inverse()?))
 }
 

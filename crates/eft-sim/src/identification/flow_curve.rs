@@ -3,7 +3,7 @@
 //! Without load the piston's motion is the flow: `A·x(t) = A·x(0) + ∫f(x_v)dt`. For a piecewise linear `f`
 //! this is linear in the slopes. Nothing is differentiated, so noise on the displacement is not amplified.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, DVectorView, SMatrix, SVector};
 
 use super::Estimate;
 use super::clipping::check_unclipped;
@@ -196,9 +196,19 @@ fn inflation(square: f64, product: f64) -> f64 {
     (1.0 + correlation) / (1.0 - correlation)
 }
 
+/// Flow (m³) of a row by a solution, and the measured one, which is the last of the row.
+fn fitted_and_measured(row: &[f64], solution: &DVector<f64>) -> (f64, f64) {
+    let n = solution.len();
+    (DVectorView::from_slice(row, n).dot(solution), row[n])
+}
+
 /// Flows (m³) less those of a solution.
-fn residuals((rows, flows): &Part, solution: &DVector<f64>) -> Vec<f64> {
-    rows.iter().zip(flows).map(|(row, flow)| flow - row.dot(solution)).collect()
+fn residuals(part: &Part, solution: &DVector<f64>) -> Vec<f64> {
+    let residual = |row| {
+        let (fitted, measured) = fitted_and_measured(row, solution);
+        measured - fitted
+    };
+    part.rows().map(residual).collect()
 }
 
 struct Fit {
@@ -250,52 +260,54 @@ impl Fit {
         let used: Vec<usize> = (0..self.inside.len()).filter(|c| self.inside[*c] >= LEAST_SAMPLES).collect();
         let n = used.len();
         let step = 1.0 / sample_rate;
-        let rows = |spool: &[f64]| -> Vec<DVector<f64>> {
-            let ramps = |opening: f64| {
-                DVector::from_iterator(
-                    n,
-                    used.iter().map(|&cell| {
-                        // The outermost cells are unbounded, because a noisy sensor may read beyond the
-                        // stroke.
-                        let low = if cell == 0 { f64::NEG_INFINITY } else { self.knots[cell] };
-                        let high =
-                            if cell + 2 == self.knots.len() { f64::INFINITY } else { self.knots[cell + 1] };
-                        opening.clamp(low, high) - 0.0_f64.clamp(low, high)
-                    }),
-                )
-            };
-            let mut integral = DVector::zeros(n);
-            let mut last = ramps(spool[0]);
-            let mut all = vec![integral.clone()];
-            for opening in &spool[1..] {
-                let here = ramps(*opening);
-                integral += (&last + &here) * (0.5 * step);
-                last = here;
-                all.push(integral.clone());
-            }
-            all
-        };
         let refused = || {
             Error::value("spool", format!("{n} cells reached"), "must move enough to separate their slopes")
+        };
+        if n < 2 {
+            return Err(refused());
+        }
+        // The outermost cells are unbounded, because a noisy sensor may read beyond the stroke.
+        let bounds = used.iter().map(|&cell| {
+            let low = if cell == 0 { f64::NEG_INFINITY } else { self.knots[cell] };
+            (low, if cell + 2 == self.knots.len() { f64::INFINITY } else { self.knots[cell + 1] })
+        });
+        let bounds: Vec<(f64, f64)> = bounds.collect();
+        let ramp =
+            |opening: f64, (low, high): (f64, f64)| opening.clamp(low, high) - 0.0_f64.clamp(low, high);
+        // The integral of each ramp, and the flow.
+        let rows = |spool: &[f64], displacement: &[f64]| {
+            let mut row = vec![0.0; n + 1];
+            let mut values = Vec::with_capacity(spool.len() * row.len());
+            let mut last = spool[0];
+            for (opening, x) in spool.iter().zip(displacement) {
+                if !values.is_empty() {
+                    for (integral, bounds) in row.iter_mut().zip(&bounds) {
+                        *integral += (ramp(last, *bounds) + ramp(*opening, *bounds)) * (0.5 * step);
+                    }
+                }
+                last = *opening;
+                row[n] = self.area * (x - displacement[0]);
+                values.extend_from_slice(&row);
+            }
+            Part { width: n + 1, values }
         };
         let mut parts = Vec::with_capacity(stretches.len());
         for (spool, displacement) in stretches {
             interruption::check()?;
-            let start = displacement[0];
-            parts.push((
-                rows(spool),
-                displacement.iter().map(|x| self.area * (x - start)).collect::<Vec<f64>>(),
-            ));
+            parts.push(rows(spool, displacement));
         }
         let mut memory = MOST_MEMORY;
         let mut fit = || {
             let white: Vec<Part> = parts.iter().map(|part| whitened(part, memory)).collect::<Result<_>>()?;
             let (mut normal, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
-            for (row, flow) in white.iter().flat_map(|(rows, flows)| rows.iter().zip(flows)) {
-                normal.ger(1.0, row, row, 1.0);
-                right.axpy(*flow, row, 1.0);
+            for row in white.iter().flat_map(Part::rows) {
+                // The lower triangle, because the factorization reads no other.
+                for (j, column) in normal.as_mut_slice().chunks_exact_mut(n).enumerate() {
+                    column[j..].iter_mut().zip(&row[j..]).for_each(|(sum, value)| *sum += row[j] * value);
+                }
+                right.iter_mut().zip(row).for_each(|(sum, value)| *sum += row[n] * value);
             }
-            let factor = normal.cholesky().filter(|_| n >= 2).ok_or_else(refused)?;
+            let factor = normal.cholesky().ok_or_else(refused)?;
             let solution = factor.solve(&right);
             memory = memory_of(parts.iter().map(|part| residuals(part, &solution)))?;
             Ok::<_, Error>((white, factor, solution))
@@ -308,7 +320,7 @@ impl Fit {
         let variance: f64 = remaining.iter().flatten().map(|residual| residual * residual).sum();
         let samples = remaining.iter().map(Vec::len).sum::<usize>();
         let change_of = |part: &Part| {
-            let fitted: Vec<f64> = part.0.iter().map(|row| row.dot(&solution)).collect();
+            let fitted: Vec<f64> = part.rows().map(|row| fitted_and_measured(row, &solution).0).collect();
             flow_change(&fitted, &residuals(part, &solution))
         };
         let changes: Vec<f64> = parts.iter().map(change_of).collect();

@@ -3,8 +3,6 @@
 //! The differences of white noise and of the integral of white noise are a moving average of order one, `e_i − θ·e_(i−1)`.
 //! Of white noise alone the memory `θ` is one, of an integral zero. The filter `w_i = Δ_i + θ·w_(i−1)` makes it white again.
 
-use nalgebra::DVector;
-
 use crate::{Result, interruption};
 
 /// Halvings of one less the memory that are tried.
@@ -15,18 +13,30 @@ pub(super) const MOST_MEMORY: f64 = 1.0 - 1.0 / (1 << HALVINGS) as f64;
 /// Least number of sums over a time that show what residuals have in common.
 const LEAST_SUMS: usize = 20;
 
-/// Regressors and flow of each sample of a stretch.
-pub(super) type Part = (Vec<DVector<f64>>, Vec<f64>);
+/// Several signals of a stretch.
+pub(super) struct Part {
+    /// Number of signals.
+    pub(super) width: usize,
+    /// The values of all signals at a sample, sample by sample.
+    pub(super) values: Vec<f64>,
+}
+
+impl Part {
+    /// The values of all signals, sample by sample.
+    pub(super) fn rows(&self) -> std::slice::ChunksExact<'_, f64> {
+        self.values.chunks_exact(self.width)
+    }
+}
 
 /// Memory (1) of noise: the one whose whitened noise is smallest, of a few between 0 and 1.
 pub(super) fn memory_of(noise: impl Iterator<Item = Vec<f64>>) -> Result<f64> {
-    let parts: Vec<Part> = noise.map(|part| (vec![DVector::zeros(0); part.len()], part)).collect();
+    let parts: Vec<Part> = noise.map(|values| Part { width: 1, values }).collect();
     let mut best = (f64::INFINITY, MOST_MEMORY);
     for halvings in (0..=HALVINGS).rev() {
         let memory = 1.0 - libm::exp2(-f64::from(halvings));
         let mut square = 0.0;
         for part in &parts {
-            square += whitened(part, memory)?.1.iter().map(|v| v * v).sum::<f64>();
+            square += whitened(part, memory)?.values.iter().map(|v| v * v).sum::<f64>();
         }
         if square < best.0 {
             best = (square, memory);
@@ -35,24 +45,29 @@ pub(super) fn memory_of(noise: impl Iterator<Item = Vec<f64>>) -> Result<f64> {
     Ok(best.1)
 }
 
-/// Rows and flows in which noise with this memory is white, free of an offset and a drift.
-pub(super) fn whitened((rows, flows): &Part, memory: f64) -> Result<Part> {
-    let mut row = DVector::zeros(rows[0].len());
-    let (mut flow, mut level, mut drift) = (0.0, 1.0, 0.0);
-    let (mut white_rows, mut white_flows) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
-    // An offset, which is the unknown noise of the first sample, and a drift.
-    let mut free = Vec::with_capacity(rows.len());
-    for i in 1..rows.len() {
+/// Signals in which noise with this memory is white, free of an offset and a drift.
+pub(super) fn whitened(part: &Part, memory: f64) -> Result<Part> {
+    let (width, given) = (part.width, &part.values);
+    let samples = (given.len() / width).saturating_sub(1);
+    let mut white = vec![0.0; samples * width];
+    let mut row = vec![0.0; width];
+    let row = &mut row[..width];
+    for (i, white) in white.chunks_exact_mut(width).enumerate() {
         if i.is_multiple_of(1024) {
             interruption::check()?;
         }
-        row.axpy(1.0, &rows[i], memory);
-        row -= &rows[i - 1];
-        flow = flow * memory + flows[i] - flows[i - 1];
+        let (before, now) = given[i * width..(i + 2) * width].split_at(width);
+        for k in 0..width {
+            row[k] = row[k] * memory + now[k] - before[k];
+            white[k] = row[k];
+        }
+    }
+    // An offset, which is the unknown noise of the first sample, and a drift.
+    let (mut level, mut drift) = (1.0, 0.0);
+    let mut free = vec![[0.0; 2]; samples];
+    for one in &mut free {
         drift = drift * memory + 1.0;
-        white_rows.push(row.clone());
-        white_flows.push(flow);
-        free.push([level, drift]);
+        *one = [level, drift];
         level *= memory;
     }
     let product = |of: &dyn Fn([f64; 2]) -> f64| free.iter().map(|one| of(*one)).sum::<f64>();
@@ -60,17 +75,20 @@ pub(super) fn whitened((rows, flows): &Part, memory: f64) -> Result<Part> {
     free.iter_mut().for_each(|[level, drift]| *drift -= share * *level);
     for which in 0..2 {
         let square: f64 = free.iter().map(|one| one[which] * one[which]).sum();
-        let (mut row, mut flow) = (DVector::zeros(rows[0].len()), 0.0);
-        for (i, one) in free.iter().enumerate() {
-            row.axpy(one[which] / square, &white_rows[i], 1.0);
-            flow += one[which] / square * white_flows[i];
+        row.fill(0.0);
+        for (one, white) in free.iter().zip(white.chunks_exact(width)) {
+            let part = one[which] / square;
+            for k in 0..width {
+                row[k] += part * white[k];
+            }
         }
-        for (i, one) in free.iter().enumerate() {
-            white_rows[i].axpy(-one[which], &row, 1.0);
-            white_flows[i] -= one[which] * flow;
+        for (one, white) in free.iter().zip(white.chunks_exact_mut(width)) {
+            for k in 0..width {
+                white[k] -= one[which] * row[k];
+            }
         }
     }
-    Ok((white_rows, white_flows))
+    Ok(Part { width, values: white })
 }
 
 /// Factor on a variance by what residuals have in common over any time, such as the misfit of straight pieces.
@@ -116,7 +134,7 @@ mod tests {
             let exact = 1.0 + 0.5 * ratio * ratio - ratio * (1.0 + 0.25 * ratio * ratio).sqrt();
             let off = (1.0 - memory).max(1e-3) / (1.0 - exact).max(1e-3);
             assert!((0.5..2.0).contains(&off), "{direct} {integrated}: {memory}, not {exact}");
-            let (_, white) = whitened(&(vec![DVector::zeros(0); noise.len()], noise), memory).unwrap();
+            let white = whitened(&Part { width: 1, values: noise }, memory).unwrap().values;
             let square: f64 = white.iter().map(|v| v * v).sum();
             let product: f64 = white.windows(2).map(|pair| pair[0] * pair[1]).sum();
             assert!((product / square).abs() < 0.2, "{direct} {integrated}: {}", product / square);
