@@ -57,7 +57,8 @@ test: $(VENV)/.made ## Build and run every host test of the code; `make docs` te
 
 test-rust:
 	# With eft-py, which has no Rust tests, so that the crates have the features of the extension and are built once.
-	$(CARGO) test --locked --workspace --exclude eft-benches
+	# Without the examples of the documentation, which `make docs` runs: each crate of them would be read again, one by one.
+	$(CARGO) test --locked --workspace --exclude eft-benches --tests
 
 # The tests already run on all processors. More threads for small matrices would only wait for each other.
 test-python: export OPENBLAS_NUM_THREADS := 1
@@ -68,6 +69,7 @@ test-browser: $(VENV)/.importable $(VENV)/.extra-test
 	$(PY) -m pytest $(PYTEST_ARGS) -rs tests/browser
 
 test-documents: $(VENV)/.importable $(VENV)/.extra-test
+	$(CARGO) test --quiet --locked --workspace --exclude eft-benches --doc
 	$(PY) -m pytest $(PYTEST_ARGS) tests/documents
 
 lint: lint-rust lint-python ## Formatting, clippy, rustdoc, licences, the C header against the sources, ruff, mypy, stubs against the module, misspelt names

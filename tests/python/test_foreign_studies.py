@@ -135,7 +135,7 @@ def test_an_unknown_verdict_is_one_sentence(folder, tmp_path, capsys):
 
 
 def test_texts_that_many_rows_share_take_their_memory_once(tmp_path, peak_memory):
-    rows = 200
+    rows = 100
     values = [1.0 + i / rows for i in range(rows)]
     short = eft.Command(COMMAND.values[:2], 1024.0)
     eft.study(RIG, short, {"compensation.level": values}, output=tmp_path / "s", chunk=rows, fft=False)
