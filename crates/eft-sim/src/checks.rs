@@ -2,7 +2,7 @@
 
 use eft_core::Short;
 
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Rejects a value that is not sound.
 pub(crate) fn require(

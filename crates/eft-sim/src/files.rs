@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Reads an ordinary file of at most `largest` bytes; the used memory is proportional to its size.
 pub(crate) fn read(path: &Path, largest: u64) -> Result<Vec<u8>> {

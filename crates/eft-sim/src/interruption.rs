@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 type GoOn = Box<dyn FnMut() -> bool>;
 

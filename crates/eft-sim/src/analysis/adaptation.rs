@@ -4,8 +4,7 @@ use eft_core::learner_tuning::{DELAY_RATE, FLOW_GAIN_RATE, VALVE_GAIN_RATE};
 
 use crate::analysis::learned::after_learning;
 use crate::analysis::linear::{FlowGain, Time, linearize, valve_response};
-use crate::config::RigConfig;
-use crate::error::Result;
+use crate::{Result, RigConfig};
 
 /// Time (s) until the first windows have a motion to learn from.
 const FIRST_WINDOWS: f64 = 0.1;

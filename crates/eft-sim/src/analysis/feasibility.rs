@@ -1,11 +1,11 @@
 //! The demands of a test on a rig, compared with the rig's capacity before the test.
 
+use crate::Result;
 use crate::analysis::linear::{
     FlowGain, Time, designed_for, deviation, largest_stable_level, linearize, stability_margin_up_to,
 };
 use crate::closed_loop::{SimulateOptions, ideal_responses};
 use crate::config::{Mode, Realization, RigConfig, VelocitySource};
-use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 use crate::plant::Supply;
 use crate::state_space::AT_REST;

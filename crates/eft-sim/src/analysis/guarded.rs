@@ -6,8 +6,7 @@ use eft_core::guard_tuning::{LOWEST_LEVEL, TOLERATED, TOLERATED_WITH_INTEGRAL};
 
 use crate::analysis::linear::{Complex, compensated_share, lead_response, sampling_delays, valve_response};
 use crate::analysis::motion::motion;
-use crate::config::RigConfig;
-use crate::error::Result;
+use crate::{Result, RigConfig};
 
 /// A rig whose compensation exceeds what its guard tolerates.
 #[derive(Debug, Clone)]

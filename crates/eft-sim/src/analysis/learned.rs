@@ -8,11 +8,11 @@ use eft_core::learner_tuning::{
 };
 use eft_core::window_ticks;
 
+use crate::Result;
 use crate::analysis::guarded::after_guard;
 use crate::analysis::linear::{compensated_share, deviation, sampling_delays, valve_response};
 use crate::analysis::motion::motion;
 use crate::config::{Realization, RigConfig, VelocitySource};
-use crate::error::Result;
 
 /// Longest response delay (s) that a rig may have.
 const LONGEST: f64 = 1.0;

@@ -3,9 +3,8 @@
 use std::f64::consts::TAU;
 
 use crate::analysis::linear::{Complex, FlowGain, Time, linearize};
-use crate::config::RigConfig;
-use crate::error::{Error, Result};
 use crate::state_space::Responses;
+use crate::{Error, Result, RigConfig};
 
 /// Band (Hz) of a motion, and the number of frequencies in it.
 const MOTION: (f64, f64) = (0.2, 12.0);

@@ -2,11 +2,11 @@
 
 use eft_core::{Flags, Scalar};
 
+use crate::Result;
 use crate::batch::{BatchOptions, Outcome, Test};
 use crate::closed_loop::{
     Block, ClosedLoop, Estimates, EstimatesInUse, Precision, Recorder, TestRun, Tick, adapts, supply_varies,
 };
-use crate::error::Result;
 use crate::lanes::{Num, Work};
 use crate::metrics::{BLOCK, Norms, Summed, Sums};
 

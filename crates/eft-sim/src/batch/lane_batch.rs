@@ -6,9 +6,9 @@ use crate::batch::actuator_recorder::{ActuatorRecorder, LaneResult};
 use crate::batch::chunks::TestKind;
 use crate::batch::{BatchOptions, Outcome, Test};
 use crate::closed_loop::{BLOCK_TICKS, ClosedLoop, FastLoop, GeneralLoop, Precision, Width};
-use crate::error::{Error, Result};
 use crate::lanes::{Num, WideWork, Work, dispatch_wide};
 use crate::metrics::BLOCK;
+use crate::{Error, Result};
 
 /// Tests of one kind, at most as many as there are lanes.
 #[derive(Clone, Copy)]

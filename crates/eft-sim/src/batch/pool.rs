@@ -5,7 +5,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Time between two calls of `progress`.
 const REPORT_INTERVAL: Duration = Duration::from_millis(50);

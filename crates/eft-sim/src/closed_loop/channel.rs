@@ -10,7 +10,7 @@ use eft_core::{
 
 use crate::closed_loop::{Estimates, Precision};
 use crate::config::{RigConfig, TABLE_CAPACITY};
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 type Channel<P> = eft_core::Channel<P, TABLE_CAPACITY>;
 

@@ -3,10 +3,9 @@
 use crate::closed_loop::linear_motion::LinearMotion;
 use crate::closed_loop::simulate::{SimulateOptions, check_commands, one_actuator};
 use crate::config::{RigConfig, StructureKind};
-use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
-use crate::interruption;
 use crate::plant::{Equations, Motion, Stages, Structure, TimeGrid, linear_up_to, runge_kutta};
+use crate::{Error, Result, interruption};
 
 /// Motion of the structure alone, one value per command sample.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,10 +5,10 @@ use eft_core::{
     SavedCalibration, Scalar,
 };
 
+use crate::Result;
 use crate::closed_loop::channel::RigLearner;
 use crate::closed_loop::{Estimates, EstimatesInUse, Precision, RigController};
 use crate::config::TABLE_CAPACITY;
-use crate::error::Result;
 use crate::lanes::{Num, Work};
 
 /// Channels of rigs that learn, without protection and with a measured velocity, one per lane.

@@ -10,9 +10,9 @@ use eft_core::{
     Real, Realization, Scalar, VelocitySource,
 };
 
+use crate::Result;
 use crate::config::TABLE_CAPACITY;
 use crate::config::{self, RigConfig};
-use crate::error::Result;
 use crate::lanes::Num;
 
 /// The controller of a simulated rig; its tables have the simulator's capacity.

@@ -6,7 +6,7 @@
 
 use super::sections::interpolated;
 use super::{FlowCurve, RigConfig, TABLE_CAPACITY};
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Points closer to each other than this share of their opening are merged.
 const APART: f64 = 1e-6;

@@ -3,8 +3,8 @@
 use nalgebra::Complex;
 
 use super::{RigConfig, VelocitySource};
+use crate::Result;
 use crate::design::{ObserverNoises, VelocityEstimate, observer_gains};
-use crate::error::Result;
 
 /// Band (Hz) for the delay of an estimate.
 const BAND: (f64, f64) = (0.5, 10.0);

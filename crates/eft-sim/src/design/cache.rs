@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use super::force_loop::ForceLoop;
 use super::held_piston::HeldPiston;
 use super::known_rig::search;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Number of answers that are kept, those used last. A check of a rig designs its loop at 37 sample rates.
 const CAPACITY: usize = 256;

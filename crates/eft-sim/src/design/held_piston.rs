@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix};
 
-use crate::error::Result;
+use crate::Result;
 use crate::state_space::matrices::exponential;
 use crate::state_space::{Mode, StateSpace};
 

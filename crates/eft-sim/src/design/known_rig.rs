@@ -3,7 +3,7 @@
 
 use super::force_loop::{self, Deviations, ForceLoop, corners, damped, no_poles, refuse_long_delay};
 use super::held_piston::{Gains, HeldPiston, Sampled};
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Longest delay (samples) of the loop with the latency. Few gains are tried, and a fast rate has many samples.
 const LONGEST_LATENCY: u32 = 32;

@@ -9,13 +9,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::checks;
 pub use crate::closed_loop::ExternalOutput;
 use crate::closed_loop::{SimulateOptions, Specimen, TestRun, simulate_controlled};
 use crate::config::{Realization, RigConfig};
-use crate::error::{Error, Result};
 use crate::firmware::export::exportable;
 use crate::ground_motion::excitation::Command;
+use crate::{Error, Result, checks};
 
 /// Time without an answer after which the firmware counts as stopped.
 const PATIENCE: Duration = Duration::from_secs(20);

@@ -4,9 +4,8 @@ use super::norms::Norms;
 use super::pair::{not_silent, same_length};
 use super::table::Metrics;
 use crate::closed_loop::{SimulateOptions, ideal_responses};
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::ground_motion::excitation::Command;
+use crate::{Result, RigConfig};
 
 /// The signals of one actuator in a test.
 #[derive(Debug, Clone, Copy)]

@@ -1,9 +1,8 @@
 //! The part of a measured signal that is linear in the command, by Welch's averaged periodograms.
 
 use super::pair::{check, in_range};
-use crate::checks;
-use crate::error::Result;
 use crate::fourier::{Complex64, spectrum};
+use crate::{Result, checks};
 use std::f64::consts::TAU;
 
 /// Bins with less than this part of the largest power contain rounding errors only.

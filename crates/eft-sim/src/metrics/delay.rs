@@ -1,9 +1,8 @@
 //! The lag of a measured force behind its command, and the error without the lag.
 
 use super::pair::{check, in_range};
-use crate::checks;
-use crate::error::{Error, Result};
 use crate::fourier::{padded_spectrum, signal_of};
+use crate::{Error, Result, checks};
 
 /// A lag counts only if the overlap has this part of both signals' energy.
 const LEAST_OVERLAP: f64 = 0.25;

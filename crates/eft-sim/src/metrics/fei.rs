@@ -1,7 +1,7 @@
 //! The frequency-domain evaluation index: amplitude and delay, weighted by the command's own spectrum.
 
 use super::pair::in_range;
-use crate::error::Result;
+use crate::Result;
 use crate::fourier::Complex64;
 use std::f64::consts::TAU;
 

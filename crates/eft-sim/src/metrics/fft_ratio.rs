@@ -1,9 +1,8 @@
 //! Frequency response from a whole record: the ratio of two spectra.
 
 use super::pair::{check, in_range};
-use crate::checks;
-use crate::error::{Error, Result};
 use crate::fourier::spectrum;
+use crate::{Error, Result, checks};
 
 /// Bins in which the command has less than this part of its largest bin contain rounding errors only.
 const EMPTY_BIN: f64 = 1e-12;

@@ -4,9 +4,8 @@ use super::norms::Norms;
 use super::pair::{check, in_range};
 use super::table::Metrics;
 use super::{delay, fei, oscillation};
-use crate::checks;
-use crate::error::Result;
 use crate::fourier::spectrum;
+use crate::{Result, checks};
 
 impl Metrics {
     /// Compares a measured force (N) with its command (N), without the costly metrics.

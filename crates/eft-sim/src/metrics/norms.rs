@@ -1,7 +1,7 @@
 //! The metrics without a Fourier transform, computed sample by sample for one test or several side by side.
 
 use super::pair::{check, in_range};
-use crate::error::Result;
+use crate::Result;
 use crate::lanes::Num;
 
 /// Number of samples with a common mean.

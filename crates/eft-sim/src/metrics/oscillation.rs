@@ -1,7 +1,7 @@
 //! Oscillation of the oil column in the force.
 
 use super::pair::in_range;
-use crate::error::Result;
+use crate::Result;
 use crate::fourier::Complex64;
 
 /// Band (Hz) of the oil column's mode on rigs of the paper's size.

@@ -1,7 +1,6 @@
 //! The input checks of every metric.
 
-use crate::checks;
-use crate::error::Result;
+use crate::{Result, checks};
 
 /// Rejects a command and a measured signal for which the metrics are undefined.
 pub(super) fn check(command: &[f64], measured: &[f64]) -> Result<()> {

@@ -2,8 +2,8 @@
 
 use eft_core::FlowTable;
 
+use crate::Result;
 use crate::config::{RigConfig, TABLE_CAPACITY};
-use crate::error::Result;
 use crate::lanes::Num;
 
 /// Flow through the main stage into the actuator.

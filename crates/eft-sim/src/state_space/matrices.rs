@@ -7,7 +7,7 @@ use nalgebra::linalg::balancing::{balance_parlett_reinsch, unbalance};
 use nalgebra::{Complex, DMatrix, DVector, Hessenberg};
 
 use super::qr::hessenberg_eigenvalues;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 /// Eigenvalues, by magnitude, then by imaginary part.
 pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {

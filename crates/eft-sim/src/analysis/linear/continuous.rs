@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::FlowGain;
 use super::plant::{LinearPlant, left_out};
+use crate::Result;
 use crate::config::{RigConfig, VelocitySource};
-use crate::error::Result;
 use crate::state_space::StateSpace;
 
 /// The closed loop about rest in continuous time, from one force command (N) per actuator.

@@ -6,8 +6,8 @@ use super::gains::FlowGain;
 use super::sampled::MOST_STATES;
 use super::{Time, linearize};
 use crate::config::{Mode, Realization, RigConfig, RigValues};
-use crate::error::{Error, Result};
 use crate::state_space::{AT_REST, per_second};
+use crate::{Error, Result};
 
 /// The largest level that a controller takes.
 const HIGHEST_LEVEL: f64 = 10.0;

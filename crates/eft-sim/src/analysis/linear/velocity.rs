@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use nalgebra::Complex;
 
+use crate::Result;
 use crate::config::{RigConfig, Sensor, VelocitySource};
 use crate::design::phase_delay;
-use crate::error::Result;
 
 /// Ratio of force over the observer's mass to the true acceleration at a frequency (Hz), for small motion of
 /// the rig's structure.

@@ -5,9 +5,9 @@ use nalgebra::{DMatrix, DMatrixView};
 use super::chain::{Chain, Signal};
 use super::disturbance::Disturbance;
 use super::plant::LinearPlant;
+use crate::Result;
 use crate::config::{RigConfig, Sensor, VelocitySource};
 use crate::design::EstimateStates;
-use crate::error::Result;
 
 /// The velocity's sensor, or the sensors and states of its estimate.
 #[derive(Debug, Clone)]

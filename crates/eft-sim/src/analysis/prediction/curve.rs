@@ -2,8 +2,8 @@
 
 use eft_core::FlowTable;
 
+use crate::Result;
 use crate::config::{Mode, RigConfig, TABLE_CAPACITY};
-use crate::error::Result;
 use crate::plant::Supply;
 
 /// The valve of a rig without the nonlinear scheme.

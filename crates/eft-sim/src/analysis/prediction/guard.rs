@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use eft_core::guard_tuning::{AVERAGE, LOW_PASS, LOWEST_LEVEL, QUIET, REMOVAL, SLOW_AVERAGE};
 use eft_core::learner_tuning::HIGH_PASS;
 
+use crate::Result;
 use crate::analysis::Guarded;
 use crate::analysis::linear::{Complex, StateSpace};
 use crate::analysis::prediction::signals::{Signals, Transform};
-use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 
 /// Whether a guard changes the level of a stable loop with this model: not if the motion stays too small.

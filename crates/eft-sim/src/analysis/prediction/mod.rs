@@ -20,9 +20,9 @@ pub use self::unmodelled::Play;
 use crate::analysis::linear::{FlowGain, StateSpace, about_rest, disturbed};
 use crate::analysis::{Adaptation, Unreached, after_guard, after_learning};
 use crate::config::{ForceLoop, RigConfig};
-use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
 use crate::state_space::AT_REST;
+use crate::{Error, Result};
 
 /// Key of the valve's null.
 const NULL: &str = "servovalve.null_bias";

@@ -5,11 +5,11 @@
 //! Lap and friction follow the sign of a signal of the linear loop. An unknown overlap `Δ` takes the opening `Δ` from an open
 //! valve. Friction takes its force from a moving piston. The compensation is assumed to supply the flow of the motion.
 
+use crate::Result;
 use crate::analysis::linear::{Complex, DMatrix, Disturbance, StateSpace, valve_response};
 use crate::analysis::prediction::curve::Curve;
 use crate::analysis::prediction::signals::{Signals, Spectrum, Transform, responses};
 use crate::config::{Mode, Realization, RigConfig};
-use crate::error::Result;
 
 /// Power beside that of an error that raises the error by a tenth (1).
 pub(super) const NOTICED: f64 = 0.21;

@@ -3,11 +3,9 @@
 use std::f64::consts::TAU;
 
 use crate::analysis::linear::{Complex, DMatrix, StateSpace};
-use crate::error::{Error, Result};
-use crate::fourier;
 use crate::ground_motion::excitation::Command;
-use crate::interruption;
 use crate::state_space::{Responses, rows_of};
+use crate::{Error, Result, fourier, interruption};
 
 /// Highest frequency (Hz) of a prediction, and that of one for a command with more than this share of its power beyond.
 const HIGHEST: f64 = 20.0;

@@ -3,9 +3,9 @@
 use crate::analysis::linear::{AboutRest, Complex};
 use crate::analysis::prediction::signals::{Signals, Spectrum, Transform};
 use crate::analysis::prediction::underlap::Oscillation;
-use crate::error::{Error, Result};
 use crate::ground_motion::excitation::Command;
 use crate::metrics::OIL_COLUMN;
+use crate::{Error, Result};
 
 /// One predicted error and its parts, rms over rms (1).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -6,9 +6,8 @@ use crate::analysis::Adaptation;
 use crate::analysis::linear::{DMatrix, FlowGain, StateSpace, Time, linearize};
 use crate::analysis::prediction::guard::Guard;
 use crate::analysis::prediction::signals::{Signals, Transform, responses, rows};
-use crate::config::RigConfig;
-use crate::error::Result;
 use crate::ground_motion::excitation::Command;
+use crate::{Result, RigConfig};
 
 /// Time (s) in which the loop stays the same.
 const BLOCK: f64 = 0.05;

@@ -2,10 +2,10 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
+use crate::Result;
 use crate::analysis::linear::{Complex, FlowGain, disturbed};
 use crate::analysis::prediction::signals::{Signals, Transform, responses};
 use crate::config::{RigConfig, gain_within_limit};
-use crate::error::Result;
 use crate::state_space::AT_REST;
 
 /// Bisections for a gain, each of which needs the poles of the loop, and for a share.

@@ -2,10 +2,10 @@
 
 use std::f64::consts::SQRT_2;
 
+use crate::Result;
 use crate::analysis::linear::{FlowGain, Time, delay_budget, linearize};
 use crate::analysis::prediction::nonlinear::NOTICED;
 use crate::config::{RigConfig, gain_within_limit};
-use crate::error::Result;
 use crate::ground_motion::excitation::Command;
 
 /// Largest rate of a force loop over that of its valve, 1 over its delay.

@@ -10,6 +10,7 @@ pub(crate) use parts::{DigitalSide, Feedback};
 
 use eft_core::{ControllerState, Mask, Real, SavedCalibration, Scalar};
 
+use crate::Result;
 use crate::closed_loop::digital_side::channels::run_channels;
 use crate::closed_loop::digital_side::parts::{CellReading, ControllerSource};
 use crate::closed_loop::digital_side::valve_command::learn;
@@ -18,7 +19,6 @@ use crate::closed_loop::{
     RigController, adapts, parameters,
 };
 use crate::config::{Realization, RigConfig, VelocitySource};
-use crate::error::Result;
 use crate::instruments::{AnalogOutput, CommandDelay, Dac, DelayLines, Sensors};
 use crate::lanes::{Num, Work};
 use crate::plant::{Analog, Signals};

@@ -6,7 +6,7 @@ use crate::config::schema::Kind::{Float, Floats};
 use crate::config::schema::Need::{Optional, Required};
 use crate::config::schema::{float, key};
 use crate::config::section::section;
-use crate::error::{Error, Result};
+use crate::{Error, Result};
 
 section! {
     /// `[actuator]`, Eq. (7).

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Complex;
 
 use super::GAINS;
+use crate::Result;
 use crate::design::held_piston::{Gains, Sampled};
-use crate::error::Result;
 
 /// Points of a frequency response, from 0.1 Hz to half the sample rate.
 const FREQUENCIES: usize = 160;

@@ -1,6 +1,6 @@
 //! Numbered lines from bytes, and faults with a line number.
 
-use crate::error::Error;
+use crate::Error;
 use std::borrow::Cow;
 use std::path::Path;
 

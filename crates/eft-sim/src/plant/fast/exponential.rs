@@ -11,8 +11,8 @@
 
 use eft_core::Mask;
 
+use crate::Result;
 use crate::config::{Realization, RigConfig};
-use crate::error::Result;
 use crate::lanes::{Num, Work};
 use crate::plant::fast::plain::PlainPlant;
 use crate::plant::fast::propagator::Propagator;
