@@ -4,7 +4,7 @@ use std::fmt::{Result, Write as _};
 
 use eft_core::{PlausibilityParameters, ProtectionParameters, VelocitySource};
 
-use super::fields::{Field, Value, fields, learning, levels, list, number, plausibility, protection};
+use super::fields::{Field, Value, fields, learning, list, number, plausibility, protection};
 use super::notes::lines;
 use super::parts::{Parts, Target};
 
@@ -62,32 +62,24 @@ fn structure(out: &mut String, fields: &[Field], indent: &str) -> Result {
                 velocity(out, source, indent)?;
                 continue;
             }
+            Value::Limits(levels) => {
+                for (level, value) in [("warning", levels.warning), ("trip", levels.trip)] {
+                    writeln!(out, "{indent}{}, /* {name}_{level}, {unit} */", number(value, NONE))?;
+                }
+                continue;
+            }
             Value::Learning(what) => {
-                writeln!(out, "{indent}{{ /* {name} */")?;
-                structure(out, &learning(what), &format!("{indent}  "))?;
-                writeln!(out, "{indent}}},")?;
+                part(out, name, None, &learning(what), indent)?;
                 continue;
             }
             Value::Protection(what) => {
-                let inside = format!("{indent}  ");
-                writeln!(out, "{indent}{{ /* {name} */")?;
-                writeln!(out, "{inside}{}, /* enabled */", u8::from(what.is_some()))?;
-                let p = what.unwrap_or(ProtectionParameters::DEFAULT);
-                for (signal, levels, unit) in levels(&p) {
-                    for (level, value) in [("warning", levels.warning), ("trip", levels.trip)] {
-                        writeln!(out, "{inside}{}, /* {signal}_{level}, {unit} */", number(value, NONE))?;
-                    }
-                }
-                structure(out, &protection(&p), &inside)?;
-                writeln!(out, "{indent}}},")?;
+                let fields = protection(&what.unwrap_or(ProtectionParameters::DEFAULT));
+                part(out, name, Some(what.is_some()), &fields, indent)?;
                 continue;
             }
             Value::Plausibility(what) => {
-                let inside = format!("{indent}  ");
-                writeln!(out, "{indent}{{ /* {name} */")?;
-                writeln!(out, "{inside}{}, /* enabled */", u8::from(what.is_some()))?;
-                structure(out, &plausibility(&what.unwrap_or(PlausibilityParameters::DEFAULT)), &inside)?;
-                writeln!(out, "{indent}}},")?;
+                let fields = plausibility(&what.unwrap_or(PlausibilityParameters::DEFAULT));
+                part(out, name, Some(what.is_some()), &fields, indent)?;
                 continue;
             }
         };
@@ -95,6 +87,17 @@ fn structure(out: &mut String, fields: &[Field], indent: &str) -> Result {
         writeln!(out, "{indent}{text}, /* {name}{unit} */")?;
     }
     Ok(())
+}
+
+/// A struct within the struct, with a switch if it may be absent.
+fn part(out: &mut String, name: &str, enabled: Option<bool>, fields: &[Field], indent: &str) -> Result {
+    let inside = format!("{indent}  ");
+    writeln!(out, "{indent}{{ /* {name} */")?;
+    if let Some(enabled) = enabled {
+        writeln!(out, "{inside}{}, /* enabled */", u8::from(enabled))?;
+    }
+    structure(out, fields, &inside)?;
+    writeln!(out, "{indent}}},")
 }
 
 /// An enumeration's name as C writes it.

@@ -7,7 +7,9 @@ use eft_core::{
     VelocitySource,
 };
 
-use Value::{Bounds, Choice, Count, Learning, Number, Numbers, Plausibility, Protection, Switch, Velocity};
+use Value::{
+    Bounds, Choice, Count, Learning, Limits, Number, Numbers, Plausibility, Protection, Switch, Velocity,
+};
 
 /// A parameter's value.
 pub(super) enum Value<'a> {
@@ -18,6 +20,7 @@ pub(super) enum Value<'a> {
     Choice(&'static str, String),
     Numbers(&'a [f64]),
     Bounds([f64; 2]),
+    Limits(Levels),
     Velocity(VelocitySource),
     Learning(LearningParameters),
     Protection(Option<ProtectionParameters>),
@@ -27,11 +30,10 @@ pub(super) enum Value<'a> {
 /// Name, value and unit.
 pub(super) type Field<'a> = (&'static str, Value<'a>, &'static str);
 
-/// `name: kind, unit` of every field of a struct, in its order. Fields after `without` are left out; any other one that
-/// is missing does not compile.
+/// `name: kind, unit` of every field of a struct, in its order. A field that is missing does not compile.
 macro_rules! list {
-    ($of:ident: $Struct:ident { $($name:ident: $kind:expr, $unit:literal;)* } $(without $($left:ident),*)?) => {{
-        let $Struct { $($name,)* $($($left: _,)*)? } = *$of;
+    ($of:ident: $Struct:ident { $($name:ident: $kind:expr, $unit:literal;)* }) => {{
+        let $Struct { $($name),* } = *$of;
         vec![$((stringify!($name), $kind($name), $unit)),*]
     }};
 }
@@ -100,19 +102,13 @@ pub(super) fn learning(l: &LearningParameters) -> Vec<Field<'static>> {
     })
 }
 
-/// A protection's levels by signal, with their unit.
-pub(super) fn levels(p: &ProtectionParameters) -> [(&'static str, Levels, &'static str); 4] {
-    [
-        ("force", p.force, "N"),
-        ("displacement", p.displacement, "m"),
-        ("velocity", p.velocity, "m/s"),
-        ("spool", p.spool, "1"),
-    ]
-}
-
-/// The other parameters of a protection.
+/// The parameters of a protection.
 pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
     list!(p: ProtectionParameters {
+        force: Limits, "N";
+        displacement: Limits, "m";
+        velocity: Limits, "m/s";
+        spool: Limits, "1";
         start_time: Number, "s";
         ramp_time: Number, "s";
         shutdown_time: Number, "s";
@@ -121,7 +117,7 @@ pub(super) fn protection(p: &ProtectionParameters) -> Vec<Field<'static>> {
         period_tolerance: Number, "1";
         oscillation_limit: Number, "N";
         plausibility: Plausibility, "";
-    } without force, displacement, velocity, spool)
+    })
 }
 
 /// The parameters of a plausibility check.

@@ -4,7 +4,7 @@ use std::fmt::{Result, Write as _};
 
 use eft_core::VelocitySource;
 
-use super::fields::{Field, Value, fields, learning, levels, list, number, plausibility, protection};
+use super::fields::{Field, Value, fields, learning, list, number, plausibility, protection};
 use super::notes::lines;
 use super::parts::{Parts, Target};
 
@@ -63,34 +63,29 @@ fn structure(out: &mut String, fields: &[Field], indent: &str) -> Result {
             Value::Numbers(values) => write!(out, "&[{}]", list(values))?,
             Value::Bounds(bounds) => write!(out, "[{}]", list(bounds))?,
             Value::Velocity(source) => velocity(out, source)?,
-            Value::Learning(what) => {
-                writeln!(out, "Learning {{")?;
-                structure(out, &learning(what), &format!("{indent}    "))?;
-                write!(out, "{indent}}}")?;
+            Value::Limits(levels) => {
+                let (warning, trip) = (number(levels.warning, NONE), number(levels.trip, NONE));
+                write!(out, "Levels {{ warning: {warning}, trip: {trip} }}")?;
             }
-            Value::Plausibility(None) => write!(out, "None")?,
+            Value::Learning(what) => part(out, "Learning {", &learning(what), indent, "}")?,
+            Value::Plausibility(None) | Value::Protection(None) => write!(out, "None")?,
             Value::Plausibility(Some(p)) => {
-                writeln!(out, "Some(PlausibilityParameters {{")?;
-                structure(out, &plausibility(p), &format!("{indent}    "))?;
-                write!(out, "{indent}}})")?;
+                part(out, "Some(PlausibilityParameters {", &plausibility(p), indent, "})")?;
             }
-            Value::Protection(None) => write!(out, "None")?,
             Value::Protection(Some(p)) => {
-                writeln!(out, "Some(ProtectionParameters {{")?;
-                for (signal, levels, unit) in levels(p) {
-                    let (warning, trip) = (number(levels.warning, NONE), number(levels.trip, NONE));
-                    writeln!(
-                        out,
-                        "{indent}    {signal}: Levels {{ warning: {warning}, trip: {trip} }}, // {unit}"
-                    )?;
-                }
-                structure(out, &protection(p), &format!("{indent}    "))?;
-                write!(out, "{indent}}})")?;
+                part(out, "Some(ProtectionParameters {", &protection(p), indent, "})")?;
             }
         }
         writeln!(out, "{}", if unit.is_empty() { ",".to_owned() } else { format!(", // {unit}") })?;
     }
     Ok(())
+}
+
+/// A struct within the struct.
+fn part(out: &mut String, open: &str, fields: &[Field], indent: &str, close: &str) -> Result {
+    writeln!(out, "{open}")?;
+    structure(out, fields, &format!("{indent}    "))?;
+    write!(out, "{indent}{close}")
 }
 
 fn velocity(out: &mut String, source: &VelocitySource) -> Result {
