@@ -49,6 +49,14 @@ pub(crate) struct AnalogOutput<S> {
     pub(crate) offset: S,
 }
 
+impl<S: Num> AnalogOutput<S> {
+    /// That of an ideal sensor.
+    #[inline(always)]
+    pub(crate) fn ideal() -> Self {
+        Self { gain: S::splat(1.0), offset: S::splat(0.0) }
+    }
+}
+
 /// Whether a sensor reports the true value.
 pub(crate) fn is_ideal(sensor: &config::Sensor) -> bool {
     let config::Sensor { gain, noise, bandwidth, bits, range, delay, bias, dropout } = sensor;
@@ -118,7 +126,7 @@ impl<S: Num> Sensor<S> {
     #[inline(always)]
     pub(crate) fn read(&mut self, tick: u64, signal: S) -> (S, AnalogOutput<S>) {
         if self.ideal.all() {
-            return (signal, AnalogOutput { gain: S::splat(1.0), offset: S::splat(0.0) });
+            return (signal, AnalogOutput::ideal());
         }
         let mut filtered = signal;
         if !self.filters.is_empty() {

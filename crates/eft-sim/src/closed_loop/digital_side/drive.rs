@@ -3,9 +3,10 @@
 use eft_core::{Flags, Mask, Scalar, status};
 
 use crate::closed_loop::digital_side::channels::ControllerOutputs;
-use crate::closed_loop::digital_side::parts::{CellReading, ControllerSource, DigitalSide, Feedback};
+use crate::closed_loop::digital_side::parts::{ControllerSource, DigitalSide, Feedback};
 use crate::closed_loop::{DigitalOutput, Precision};
 use crate::config::Realization;
+use crate::instruments::AnalogOutput;
 use crate::lanes::Num;
 use crate::plant::{AnalogWithCell, AnyDrive, Signals};
 
@@ -16,7 +17,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
     pub(super) fn analog_command<const IDEAL: bool>(
         &self,
         command: S,
-        cell: CellReading<S>,
+        cell: AnalogOutput<S>,
         plant: &impl Feedback<S>,
     ) -> S {
         let zero = S::splat(0.0);
@@ -34,7 +35,10 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
             None => [if IDEAL { command } else { first() }, zero, self.null_signal],
         };
         let analog = self.analog.at(command, rate, compensation);
-        plant.command(&AnyDrive::analog(analog.with_cell((cell.gain, cell.offset)), IDEAL || cell.ideal))
+        plant.command(&AnyDrive::analog(
+            analog.with_cell((cell.gain, cell.offset)),
+            IDEAL || self.sensors.is_none(),
+        ))
     }
 
     /// Applies the converter, and returns the drive of the valve until the next tick under the permitted
@@ -46,7 +50,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         &mut self,
         out: ControllerOutputs<S>,
         measured: &Signals<S>,
-        cell: CellReading<S>,
+        cell: AnalogOutput<S>,
         plant: &impl Feedback<S>,
     ) -> DigitalOutput<S> {
         let [command, next_command] = out.commands;
@@ -76,7 +80,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         let driver = if IDEAL {
             AnyDrive::analog(analog, true)
         } else {
-            let unlimited = cell.ideal && out.authority.ge(S::splat(1.0)).all();
+            let unlimited = self.sensors.is_none() && out.authority.ge(S::splat(1.0)).all();
             AnyDrive::analog(AnalogWithCell { authority: out.authority, ..analog }, unlimited && !open)
         };
         let valve_command = if self.records_valve_command { plant.command(&driver) } else { S::splat(0.0) };

@@ -12,7 +12,7 @@ use eft_core::{ControllerState, Mask, Real, SavedCalibration, Scalar};
 
 use crate::Result;
 use crate::closed_loop::digital_side::channels::run_channels;
-use crate::closed_loop::digital_side::parts::{CellReading, ControllerSource};
+use crate::closed_loop::digital_side::parts::ControllerSource;
 use crate::closed_loop::digital_side::valve_command::learn;
 use crate::closed_loop::{
     DigitalOutput, Estimates, EstimatesInUse, ExternalController, LearningLanes, Precision, RigChannel,
@@ -127,7 +127,7 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         if !IDEAL {
             return self.sample_general(state, &commands, truth, plant);
         }
-        let (mut measured, cell) = (*truth, CellReading::ideal());
+        let (mut measured, cell) = (*truth, AnalogOutput::ideal());
         let voltage = if LEARNS { self.analog_command::<true>(command, cell, plant) } else { S::splat(0.0) };
         // Both outputs stay in registers. The output of a function that is not inlined would be copied through
         // memory.
@@ -254,16 +254,12 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         channels.filter(|(lane, _)| at.lane(*lane)).for_each(|(_, channel)| channel.trip());
     }
 
-    /// The sensors' readings of the true signals, and the load cell's gain and offset (N) for an analog
-    /// controller.
+    /// The sensors' readings of the true signals, and the load cell's output to an analog controller.
     #[inline(always)]
-    fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, CellReading<S>) {
+    fn measure(&mut self, truth: Signals<S>) -> (Signals<S>, AnalogOutput<S>) {
         match &mut self.sensors {
-            None => (truth, CellReading::ideal()),
-            Some(sensors) => {
-                let (readings, AnalogOutput { gain, offset }) = sensors.read(&truth);
-                (readings, CellReading { gain, offset, ideal: false })
-            }
+            None => (truth, AnalogOutput::ideal()),
+            Some(sensors) => sensors.read(&truth),
         }
     }
 }

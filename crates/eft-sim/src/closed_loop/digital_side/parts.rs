@@ -19,21 +19,6 @@ pub(crate) trait Feedback<S: Num> {
     fn command(&self, driver: &AnyDrive<S>) -> S;
 }
 
-/// The load cell as an analog controller sees it: `gain·force + offset` (N).
-#[derive(Debug, Clone, Copy)]
-pub(super) struct CellReading<S> {
-    pub(super) gain: S,
-    pub(super) offset: S,
-    pub(super) ideal: bool,
-}
-
-impl<S: Num> CellReading<S> {
-    #[inline(always)]
-    pub(super) fn ideal() -> Self {
-        Self { gain: S::splat(1.0), offset: S::splat(0.0), ideal: true }
-    }
-}
-
 /// The source of the valve command.
 pub(super) enum ControllerSource<S: Num, C: Scalar<Element: Precision>> {
     /// Controllers side by side, without learning, protection or velocity estimate.
