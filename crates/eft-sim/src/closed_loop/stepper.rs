@@ -94,11 +94,6 @@ impl PlantStepper {
         }
     }
 
-    /// Time of a sample (s).
-    pub(crate) fn period(&self) -> f64 {
-        1.0 / self.grid.sample_rate
-    }
-
     /// The true signals of an actuator's sensors.
     pub(crate) fn signals(&self, i: usize) -> Signals<f64> {
         self.observe(i).2

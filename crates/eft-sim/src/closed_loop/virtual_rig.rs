@@ -5,7 +5,7 @@ use eft_core::status;
 use crate::closed_loop::{PlantReading, PlantStepper, SimulateOptions, check_each};
 use crate::instruments::{Dac, Sensors};
 use crate::plant::Signals;
-use crate::{Error, Result, RigConfig, checks};
+use crate::{Result, RigConfig, checks};
 
 /// The true state of a virtual rig at one tick, and its sensors' readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,11 +59,6 @@ impl VirtualRig {
         Ok(whole)
     }
 
-    /// Time of a tick (s).
-    pub fn period(&self) -> f64 {
-        self.plant.period()
-    }
-
     /// The true state of each actuator and its sensors' readings, the ground floor's first.
     pub fn readings(&self) -> impl Iterator<Item = RigReading> {
         let reading = |(mut truth, instruments): (PlantReading, &Instruments)| {
@@ -93,13 +88,11 @@ impl VirtualRig {
         let truth = self.plant.step(&outputs)?;
         self.tripped |= tripped;
         self.measure();
-        if truth.iter().any(|reading| reading.status & status::DIVERGED != 0) {
-            let larger = |most: f64, one: &f64| if one.abs() > most.abs() { *one } else { most };
-            let command = valve_commands.iter().fold(0.0, larger);
-            let allowed = "must not make the rig diverge; its state has grown beyond 1e100";
-            return Err(Error::value("valve_command", command, allowed));
-        }
-        Ok(())
+        let diverged = truth.iter().any(|reading| reading.status & status::DIVERGED != 0);
+        let larger = |most: f64, one: &f64| if one.abs() > most.abs() { *one } else { most };
+        let command = valve_commands.iter().fold(0.0, larger);
+        let allowed = "must not make the rig diverge; its state has grown beyond 1e100";
+        checks::require(!diverged, "valve_command", command, allowed)
     }
 
     fn measure(&mut self) {
