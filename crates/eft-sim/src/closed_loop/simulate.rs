@@ -216,18 +216,14 @@ pub(crate) fn one_actuator(rig: &RigConfig) -> Result<()> {
 /// An invalid command, a wrong number of commands, or commands of different lengths or rates.
 pub(crate) fn check_commands(rig: &RigConfig, commands: &[Command]) -> Result<(f64, usize)> {
     let actuators = rig.structure.floors();
-    let count = || Error::value("commands", commands.len(), one_each(actuators));
-    let first = commands.first().ok_or_else(count)?;
-    if commands.len() != actuators {
-        return Err(count());
-    }
+    let first = commands.first().filter(|_| commands.len() == actuators);
+    let first = first.ok_or_else(|| Error::value("commands", commands.len(), one_each(actuators)))?;
     for command in commands {
         command.validate()?;
-        if command.sample_rate != first.sample_rate || command.values.len() != first.values.len() {
-            let found = format!("{} samples at {} Hz", command.values.len(), command.sample_rate);
-            let allowed = format!("must all have {} samples at {} Hz", first.values.len(), first.sample_rate);
-            return Err(Error::value("commands", found, allowed));
-        }
+        let same = command.sample_rate == first.sample_rate && command.values.len() == first.values.len();
+        let found = format!("{} samples at {} Hz", command.values.len(), command.sample_rate);
+        let allowed = format!("must all have {} samples at {} Hz", first.values.len(), first.sample_rate);
+        checks::require(same, "commands", found, allowed)?;
     }
     Ok((first.sample_rate, first.values.len()))
 }
@@ -240,7 +236,7 @@ pub(crate) fn check_each(name: &str, unit: &str, values: &[f64], actuators: usiz
     if values.len() != actuators {
         return Err(Error::value(name, format!("{} values", values.len()), one_each(actuators)));
     }
-    values.iter().try_for_each(|value| crate::checks::finite(name, *value, unit))
+    values.iter().try_for_each(|value| checks::finite(name, *value, unit))
 }
 
 /// The required number of values for a number of actuators, as a phrase for messages.

@@ -6,7 +6,7 @@
 
 use super::sections::interpolated;
 use super::{FlowCurve, RigConfig, TABLE_CAPACITY};
-use crate::{Error, Result};
+use crate::{Result, checks};
 
 /// Points closer to each other than this share of their opening are merged.
 const APART: f64 = 1e-6;
@@ -60,11 +60,10 @@ impl RigConfig {
         if underlap > 0.0 {
             curve = curve.underlapped(underlap);
         }
-        if curve.openings.len() > TABLE_CAPACITY {
-            let points = format!("{} values", self.values.servovalve.flow_table.openings.len());
-            let allowed = format!("must have at most {} values with an underlap", TABLE_CAPACITY - 1);
-            return Err(Error::value("servovalve.flow_table.openings", points, allowed));
-        }
+        let fits = curve.openings.len() <= TABLE_CAPACITY;
+        let points = format!("{} values", self.values.servovalve.flow_table.openings.len());
+        let allowed = format!("must have at most {} values with an underlap", TABLE_CAPACITY - 1);
+        checks::require(fits, "servovalve.flow_table.openings", points, allowed)?;
         self.inverted = (curve != self.values.servovalve.flow_table).then_some(curve);
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Channels that ended at the range of their sensor or converter.
 
 use super::gaps::{Named, stretches};
-use crate::{Error, Result};
+use crate::{Result, checks};
 
 /// Least length of a stay at the largest or least value, in samples. Below it a smooth peak may be left by a step.
 const LEAST_STAY: usize = 5;
@@ -17,15 +17,12 @@ pub(super) fn check_unclipped(signals: &[Named<'_>]) -> Result<()> {
         let extremes = [finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max)];
         let stays = extremes.map(|extreme| stays(signal, extreme));
         let times = stays.iter().map(Vec::len).sum::<usize>();
-        if extremes[0] < extremes[1] && times >= LEAST_STAYS {
-            let samples: usize = stays.iter().flatten().map(ExactSizeIterator::len).sum();
-            let [least, most] = extremes;
-            let found = format!(
-                "{samples} samples at an end of its range, {least:.4e} to {most:.4e}, in {times} places"
-            );
-            let allowed = "must not be clipped: use a larger range of the channel or a smaller test";
-            return Err(Error::value(name, found, allowed));
-        }
+        let samples: usize = stays.iter().flatten().map(ExactSizeIterator::len).sum();
+        let [least, most] = extremes;
+        let found =
+            format!("{samples} samples at an end of its range, {least:.4e} to {most:.4e}, in {times} places");
+        let allowed = "must not be clipped: use a larger range of the channel or a smaller test";
+        checks::require(least >= most || times < LEAST_STAYS, name, found, allowed)?;
     }
     Ok(())
 }

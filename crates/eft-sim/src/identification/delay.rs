@@ -87,12 +87,10 @@ pub fn identify_delay(
     let plain = detrend(command, |i| f64::from(command[i].is_finite() && response[i].is_finite()));
     let x = spectrum(&plain)?;
     let ends = from_ends(&plain, &x, &excited(&x, width, band)?);
-    if ends > MOST_FROM_ENDS {
-        let share = 1e2 * ends;
-        let found =
-            format!("{share:.0} % of its power within {low} to {high} Hz from the ends of the recording");
-        return Err(Error::value("command", found, "must excite the band: choose the band of the test"));
-    }
+    let (most_from_ends, share) = (ends > MOST_FROM_ENDS, 1e2 * ends);
+    let found = format!("{share:.0} % of its power within {low} to {high} Hz from the ends of the recording");
+    let allowed = "must excite the band: choose the band of the test";
+    checks::require(!most_from_ends, "command", found, allowed)?;
     let few = |found: String| {
         Error::value("command", found, "must excite a range of frequencies: use a sweep or noise")
     };
@@ -112,12 +110,11 @@ pub fn identify_delay(
         found = moved(delay)?;
         rounds += 1;
     }
-    if found.intercept.cos() < -LEAST_ALIKE {
-        let angle = found.intercept.cos().acos().to_degrees();
-        let found = format!("the opposite of the command: {angle:.0}° at zero frequency");
-        let allowed = "must have the sign of the command: check the wiring of both";
-        return Err(Error::value("response", found, allowed));
-    }
+    let alike = found.intercept.cos();
+    let is_opposite = alike < -LEAST_ALIKE;
+    let turned = format!("the opposite of the command: {:.0}° at zero frequency", alike.acos().to_degrees());
+    let allowed = "must have the sign of the command: check the wiring of both";
+    checks::require(!is_opposite, "response", turned, allowed)?;
     found.uncertainty = found.uncertainty.hypot(found.delay - delay) / signals;
     Ok(found)
 }

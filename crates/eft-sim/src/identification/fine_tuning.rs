@@ -14,7 +14,7 @@ use super::gaps::{check_whole, detrend};
 use crate::analysis::linear::valve_response;
 use crate::config::{Mode, Realization, RigConfig, StructureKind};
 use crate::fourier::{Complex64, signal_of, spectrum};
-use crate::{Error, Result, checks};
+use crate::{Result, checks};
 
 /// Bins with less than this share of the motion's largest power in the band are not used.
 const LEAST_POWER: f64 = 1e-3;
@@ -107,13 +107,10 @@ pub fn fine_tune(
     let found = format!("an opening of {largest:.1e} at most");
     let allowed = format!("must call for at least {LEAST_OPENING}");
     checks::require(largest >= LEAST_OPENING, "velocity", found, allowed)?;
-    if rig.compensation.mode == Mode::Linear && largest > LINEAR_OPENING {
-        let found = format!("an opening of {largest:.2}");
-        let allowed = format!(
-            "must stay within {LINEAR_OPENING}, where the compensation is linear: use a smaller force"
-        );
-        return Err(Error::value("velocity", found, allowed));
-    }
+    let bends = rig.compensation.mode == Mode::Linear && largest > LINEAR_OPENING;
+    let allowed =
+        format!("must stay within {LINEAR_OPENING}, where the compensation is linear: use a smaller force");
+    checks::require(!bends, "velocity", format!("an opening of {largest:.2}"), allowed)?;
     let bins: Vec<usize> =
         (first..=last).filter(|k| spectra.required[*k].norm_sqr() > LEAST_POWER * most).collect();
     let found = format!("{} frequencies within {low} to {high} Hz", bins.len());

@@ -18,7 +18,7 @@ use super::gaps::{check_whole, detrend};
 use super::least_squares::least_squares;
 use crate::fourier::{Complex64, signal_of, spectrum};
 use crate::plant::LoadFlow;
-use crate::{Error, Result, RigConfig};
+use crate::{Error, Result, RigConfig, checks};
 
 /// Least duration (s).
 const LEAST_DURATION: f64 = 4.0;
@@ -228,26 +228,23 @@ impl FlowBalance {
 
     fn check<const N: usize>(&self, found: &[Estimate; N]) -> Result<()> {
         for factor in &found[..2] {
-            if !(FLOWS.0..FLOWS.1).contains(&factor.value) {
-                let found = format!("{:.2} times the flow of the configured valve", factor.value);
-                let allowed = "must be those of this rig: check gains, units and signs";
-                return Err(Error::value("spool and velocity", found, allowed));
-            }
+            let found = format!("{:.2} times the flow of the configured valve", factor.value);
+            let allowed = "must be those of this rig: check gains, units and signs";
+            let is_plausible = (FLOWS.0..FLOWS.1).contains(&factor.value);
+            checks::require(is_plausible, "spool and velocity", found, allowed)?;
         }
         let oil = found[3].times(self.oil.recip());
-        if oil.value + 3.0 * oil.uncertainty < OILS.0 || oil.value - 3.0 * oil.uncertainty > OILS.1 {
-            let found = format!("of {:.3e} times the configured compressibility", oil.value);
-            let allowed =
-                "must compress the oil of this rig: check its unit and sign, and actuator.compressibility";
-            return Err(Error::value("force", found, allowed));
-        }
+        let differs =
+            oil.value + 3.0 * oil.uncertainty < OILS.0 || oil.value - 3.0 * oil.uncertainty > OILS.1;
+        let size = format!("of {:.3e} times the configured compressibility", oil.value);
+        let allowed =
+            "must compress the oil of this rig: check its unit and sign, and actuator.compressibility";
+        checks::require(!differs, "force", size, allowed)?;
         for (name, delay) in [("velocity", found.get(2)), ("force", found.get(LATE))] {
-            if let Some(delay) = delay.filter(|delay| delay.value.abs() > LARGEST_DELAY) {
-                let found = format!("{:.3} s behind the spool", delay.value);
-                let allowed =
-                    format!("must be within {LARGEST_DELAY} s of it: check the times of the signals");
-                return Err(Error::value(name, found, allowed));
-            }
+            let delay = delay.map_or(0.0, |delay| delay.value);
+            let allowed = format!("must be within {LARGEST_DELAY} s of it: check the times of the signals");
+            let is_late = delay.abs() > LARGEST_DELAY;
+            checks::require(!is_late, name, format!("{delay:.3} s behind the spool"), allowed)?;
         }
         Ok(())
     }

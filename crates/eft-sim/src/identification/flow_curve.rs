@@ -109,11 +109,9 @@ pub(super) fn check_reach(openings: &[f64], measured: &[bool]) -> Result<()> {
     let zero = openings.len() / 2;
     for side in [-1_i32, 1] {
         let near = |k: i32| measured[zero.saturating_add_signed((k * side) as isize)];
-        if !(near(1) && near(2)) {
-            let reached = openings.iter().zip(measured).filter(|(x, m)| **m && x.signum() == f64::from(side));
-            let found = format!("{} control points on the side of {side}", reached.count());
-            return Err(Error::value("spool", found, "must reach at least two on either side"));
-        }
+        let reached = openings.iter().zip(measured).filter(|(x, m)| **m && x.signum() == f64::from(side));
+        let found = format!("{} control points on the side of {side}", reached.count());
+        checks::require(near(1) && near(2), "spool", found, "must reach at least two on either side")?;
     }
     Ok(())
 }

@@ -98,11 +98,10 @@ pub fn identify_force_loop(
         Estimate::new(spool_delay.value + behind.value, spool_delay.uncertainty.hypot(behind.uncertainty));
     let compressibility = oil.times(rig.actuator.compressibility);
     let attached = rig.measured_compressibility() - rig.actuator.compressibility;
-    if compressibility.value <= attached {
-        let allowed =
-            format!("must leave more than 0 of the measured {:.3e} m³/Pa to the oil", compressibility.value);
-        return Err(Error::value("actuator.attachment_stiffness as m³/Pa", attached, allowed));
-    }
+    let name = "actuator.attachment_stiffness as m³/Pa";
+    let allowed =
+        format!("must leave more than 0 of the measured {:.3e} m³/Pa to the oil", compressibility.value);
+    checks::require(compressibility.value > attached, name, attached, allowed)?;
     Ok(ForceLoopEstimate { force_delay, spool_delay, response_delay, pilot_time_constant, compressibility })
 }
 

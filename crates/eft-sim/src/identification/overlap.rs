@@ -96,11 +96,9 @@ impl Test {
     fn reach(&self) -> Result<[f64; 2]> {
         let lowest = self.spool().fold(f64::INFINITY, f64::min);
         let highest = self.spool().fold(f64::NEG_INFINITY, f64::max);
-        if lowest < 0.0 && highest > 0.0 {
-            return Ok([lowest, highest]);
-        }
         let found = format!("from {lowest:.4} to {highest:.4}");
-        Err(Error::value("spool", found, "must move to both sides of null"))
+        checks::require(lowest < 0.0 && highest > 0.0, "spool", found, "must move to both sides of null")?;
+        Ok([lowest, highest])
     }
 
     /// The best knees of a grid.

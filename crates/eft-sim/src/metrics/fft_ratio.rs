@@ -2,7 +2,7 @@
 
 use super::pair::{check, in_range};
 use crate::fourier::spectrum;
-use crate::{Error, Result, checks};
+use crate::{Result, checks};
 
 /// Bins in which the command has less than this part of its largest bin contain rounding errors only.
 const EMPTY_BIN: f64 = 1e-12;
@@ -66,12 +66,9 @@ pub fn fft_ratio(
             answer.ratio.push(in_range("ratio", x_m[k].norm() / x_c[k].norm())?);
         }
     }
-    if answer.ratio.is_empty() {
-        let band = format!("{f_low} to {f_high} Hz");
-        let allowed =
-            format!("must hold a frequency that the command excites; bins are {bin_width} Hz apart");
-        return Err(Error::value("f_low, f_high", band, allowed));
-    }
+    let band = format!("{f_low} to {f_high} Hz");
+    let allowed = format!("must hold a frequency that the command excites; bins are {bin_width} Hz apart");
+    checks::require(!answer.ratio.is_empty(), "f_low, f_high", band, allowed)?;
     Ok(answer)
 }
 

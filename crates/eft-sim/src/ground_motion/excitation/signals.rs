@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::{Command, sampled, samples};
 use crate::fourier::{Complex64, signal_of};
 use crate::instruments::Noise;
-use crate::{Error, Result, checks};
+use crate::{Result, checks};
 
 /// A force (N) of zero up to `start` (s), and of `amplitude` from there to the end of `duration` (s).
 ///
@@ -46,10 +46,9 @@ pub fn burst(
     checks::positive("frequency", frequency, "Hz")?;
     checks::positive("cycles", cycles, "")?;
     let length = cycles / frequency;
-    if length > duration {
-        let allowed = format!("must fit into {duration} s: at most {}", duration * frequency);
-        return Err(Error::value("cycles", cycles, allowed));
-    }
+    let too_long = length > duration;
+    let allowed = format!("must fit into {duration} s: at most {}", duration * frequency);
+    checks::require(!too_long, "cycles", cycles, allowed)?;
     sampled(duration, sample_rate, |t| {
         let window = if t < length { 0.5 - 0.5 * libm::cos(TAU * t / length) } else { 0.0 };
         amplitude * window * libm::sin(TAU * frequency * t)
