@@ -2,9 +2,6 @@
 //!
 //! Every class is a thin wrapper of the Rust type of the same name, which does all computations.
 
-use numpy::PyArray1;
-use pyo3::prelude::*;
-
 mod arrays;
 mod batch;
 mod controlled;
@@ -42,86 +39,62 @@ fn keep_released_memory() {
     unsafe { libmimalloc_sys::mi_option_set_default(PURGE_DELAY, 10_000) };
 }
 
-#[pymodule]
-fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    keep_released_memory();
-    // The first array looks up NumPy's functions. An interrupt during that causes a panic, so it happens here
-    // while the package loads.
-    PyArray1::<f64>::zeros(module.py(), 1, false);
-    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<rig::Rig>()?;
-    module.add_function(wrap_pyfunction!(rig::check_rig, module)?)?;
-    module.add_class::<excitation::Command>()?;
-    module.add_class::<excitation::Record>()?;
-    module.add_class::<flow_table::FlowTable>()?;
-    module.add_class::<controller::Compensator>()?;
-    module.add_class::<controller::Controller>()?;
-    module.add_class::<linear::LinearModel>()?;
-    module.add_class::<batch::BatchResult>()?;
-    module.add_class::<plant::Plant>()?;
-    module.add_class::<plant::PlantState>()?;
-    module.add_function(wrap_pyfunction!(rig::rig_keys, module)?)?;
-    module.add_function(wrap_pyfunction!(rig::quantity, module)?)?;
-    module.add_function(wrap_pyfunction!(rig::unit_factor, module)?)?;
-    module.add_function(wrap_pyfunction!(rig::units_of, module)?)?;
-    module.add_function(wrap_pyfunction!(excitation::sine_sweep, module)?)?;
-    module.add_function(wrap_pyfunction!(excitation::effective_force, module)?)?;
-    module.add_function(wrap_pyfunction!(excitation::read_record, module)?)?;
-    module.add_function(wrap_pyfunction!(run::simulate, module)?)?;
-    module.add_function(wrap_pyfunction!(run::corrected_rig, module)?)?;
-    module.add_function(wrap_pyfunction!(controlled::simulate_controlled, module)?)?;
-    module.add_function(wrap_pyfunction!(batch::simulate_batch, module)?)?;
-    module.add_function(wrap_pyfunction!(replay::replay, module)?)?;
-    module.add_function(wrap_pyfunction!(firmware::export_source, module)?)?;
-    module.add_function(wrap_pyfunction!(firmware::fmu_files, module)?)?;
-    module.add_function(wrap_pyfunction!(firmware::processor_in_the_loop, module)?)?;
-    module.add_function(wrap_pyfunction!(tables::trace_table, module)?)?;
-    module.add_function(wrap_pyfunction!(tables::recorded_traces, module)?)?;
-    module.add_function(wrap_pyfunction!(tables::metric_table, module)?)?;
-    module.add_function(wrap_pyfunction!(metrics::judge_test, module)?)?;
-    module.add_function(wrap_pyfunction!(metrics::metrics, module)?)?;
-    module.add_function(wrap_pyfunction!(metrics::worst, module)?)?;
-    module.add_function(wrap_pyfunction!(metrics::fft_ratio, module)?)?;
-    module.add_function(wrap_pyfunction!(metrics::coherence, module)?)?;
-    module.add_function(wrap_pyfunction!(run::ideal_response, module)?)?;
-    module.add_function(wrap_pyfunction!(energy::energy_balance, module)?)?;
-    module.add_function(wrap_pyfunction!(energy::energy_of_traces, module)?)?;
-    module.add_function(wrap_pyfunction!(tables::status_flags, module)?)?;
-    module.add_function(wrap_pyfunction!(design::design_force_loop, module)?)?;
-    module.add_function(wrap_pyfunction!(tables::trip_causes, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::linearize, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::stability_margin, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::margins_within, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::stability_margins, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::stability_map, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::delay_budget, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::inverse_dynamics, module)?)?;
-    module.add_function(wrap_pyfunction!(linear::observer_gains, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::identify_delay, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::identify_flow_curve, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::identify_flow_gain, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::identify_overlap, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::identify_friction, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::identify_force_loop, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::force_loop_keys, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::identify_load_cell, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::identify_damping, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::fine_tune, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::valve_test, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::flow_test, module)?)?;
-    module.add_function(wrap_pyfunction!(identification::free_vibration, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::band_passed, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::baseline_corrected, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::check_feasibility, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::demands, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::displacement_spectrum, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::learned, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::smallest_force, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::growth_until_learned, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::guarded, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::predicted_errors, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::resampled, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::scaled, module)?)?;
-    module.add_function(wrap_pyfunction!(planning::tapered, module)?)?;
-    Ok(())
+#[pyo3::pymodule]
+mod _native {
+    use numpy::PyArray1;
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::batch::{BatchResult, simulate_batch};
+    #[pymodule_export]
+    use crate::controlled::simulate_controlled;
+    #[pymodule_export]
+    use crate::controller::{Compensator, Controller};
+    #[pymodule_export]
+    use crate::design::design_force_loop;
+    #[pymodule_export]
+    use crate::energy::{energy_balance, energy_of_traces};
+    #[pymodule_export]
+    use crate::excitation::{Command, Record, effective_force, read_record, sine_sweep};
+    #[pymodule_export]
+    use crate::firmware::{export_source, fmu_files, processor_in_the_loop};
+    #[pymodule_export]
+    use crate::flow_table::FlowTable;
+    #[pymodule_export]
+    use crate::identification::{
+        fine_tune, flow_test, force_loop_keys, free_vibration, identify_damping, identify_delay,
+        identify_flow_curve, identify_flow_gain, identify_force_loop, identify_friction, identify_load_cell,
+        identify_overlap, valve_test,
+    };
+    #[pymodule_export]
+    use crate::linear::{
+        LinearModel, delay_budget, inverse_dynamics, linearize, margins_within, observer_gains,
+        stability_map, stability_margin, stability_margins,
+    };
+    #[pymodule_export]
+    use crate::metrics::{coherence, fft_ratio, judge_test, metrics, worst};
+    #[pymodule_export]
+    use crate::planning::{
+        band_passed, baseline_corrected, check_feasibility, demands, displacement_spectrum,
+        growth_until_learned, guarded, learned, predicted_errors, resampled, scaled, smallest_force, tapered,
+    };
+    #[pymodule_export]
+    use crate::plant::{Plant, PlantState};
+    #[pymodule_export]
+    use crate::replay::replay;
+    #[pymodule_export]
+    use crate::rig::{Rig, check_rig, quantity, rig_keys, unit_factor, units_of};
+    #[pymodule_export]
+    use crate::run::{corrected_rig, ideal_response, simulate};
+    #[pymodule_export]
+    use crate::tables::{metric_table, recorded_traces, status_flags, trace_table, trip_causes};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::keep_released_memory();
+        // The first array looks up NumPy's functions. An interrupt during that causes a panic, so it happens here
+        // while the package loads.
+        PyArray1::<f64>::zeros(module.py(), 1, false);
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
 }
