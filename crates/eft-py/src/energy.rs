@@ -3,7 +3,7 @@
 use eft_sim::closed_loop::{self, EnergyTraces};
 use eft_sim::plant::EnergyBalance;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::arrays;
 use crate::excitation::Command;
@@ -53,8 +53,7 @@ pub(crate) fn energy_of_traces<'py>(
 
 /// A balance by name, with the total dissipation and the relative gap.
 pub(crate) fn energies<'py>(py: Python<'py>, balance: &EnergyBalance) -> PyResult<Bound<'py, PyDict>> {
-    let answer = PyDict::new(py);
-    for (name, value) in [
+    let energies = [
         ("supplied", balance.supplied),
         ("swept", balance.swept),
         ("droop", balance.droop),
@@ -67,8 +66,6 @@ pub(crate) fn energies<'py>(py: Python<'py>, balance: &EnergyBalance) -> PyResul
         ("stored", balance.stored),
         ("dissipated", balance.dissipated()),
         ("gap", balance.gap()),
-    ] {
-        answer.set_item(name, value)?;
-    }
-    Ok(answer)
+    ];
+    energies.into_py_dict(py)
 }

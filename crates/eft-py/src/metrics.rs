@@ -3,7 +3,7 @@
 use eft_sim::metrics::{self as judge, Actuator, METRICS, Metrics};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::arrays;
 use crate::errors::refuse;
@@ -85,11 +85,7 @@ pub(crate) fn metrics<'py>(
         true => Metrics::of_force(&command, &force, sample_rate),
         false => Metrics::quick_of_force(&command, &force),
     })?;
-    let answer = PyDict::new(py);
-    for (name, value) in judged.iter() {
-        answer.set_item(name, value)?;
-    }
-    Ok(answer)
+    judged.iter().into_py_dict(py)
 }
 
 /// Frequencies in Hz and |FFT(force)| / |FFT(command)| there.

@@ -56,23 +56,9 @@ pub(crate) fn replay<'py>(
     };
     let found = run(&rig)?;
     let arrays = PyDict::new(py);
-    for (name, values) in [
-        ("time", found.time),
-        ("flow_gain_estimate", found.flow_gain_estimate),
-        ("response_delay_estimate", found.response_delay_estimate),
-        ("velocity_delay_estimate", found.velocity_delay_estimate),
-        ("valve_gain_estimate", found.valve_gain_estimate),
-        ("null_offset_estimate", found.null_offset_estimate),
-        ("flow_gain_deviation", found.flow_gain_deviation),
-        ("response_delay_deviation", found.response_delay_deviation),
-        ("velocity_delay_deviation", found.velocity_delay_deviation),
-        ("valve_gain_deviation", found.valve_gain_deviation),
-        ("null_offset_deviation", found.null_offset_deviation),
-        ("level", found.level),
-        ("test_ratio", found.test_ratio),
-        ("found_flows", found.found_flows),
-    ] {
-        arrays.set_item(name, PyArray1::from_vec(py, values))?;
+    let others = [("time", found.time.as_slice()), ("found_flows", &found.found_flows)];
+    for (name, values) in found.estimates().into_iter().chain(others) {
+        arrays.set_item(name, PyArray1::from_slice(py, values))?;
     }
     arrays.set_item("calibration", calibration(py, found.calibration.as_ref())?)?;
     arrays.set_item("status", PyArray1::from_vec(py, found.status))?;

@@ -4,7 +4,7 @@ use eft_core::{Cause, status};
 use eft_sim::closed_loop::{self, Fallback, TRACES, Traces};
 use eft_sim::metrics::METRICS;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::rig::GivenRig;
 
@@ -37,19 +37,11 @@ pub(crate) fn metric_table() -> Vec<(&'static str, &'static str, &'static str, b
 /// The causes of a trip by name, with the number of each.
 #[pyfunction]
 pub(crate) fn trip_causes(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let causes = PyDict::new(py);
-    for (cause, name) in Cause::NAMES {
-        causes.set_item(name, cause as u8)?;
-    }
-    Ok(causes)
+    Cause::NAMES.map(|(cause, name)| (name, cause as u8)).into_py_dict(py)
 }
 
 /// The status flags by name, with the bit of each.
 #[pyfunction]
 pub(crate) fn status_flags(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let flags = PyDict::new(py);
-    for (bit, name) in status::NAMES {
-        flags.set_item(name, bit)?;
-    }
-    Ok(flags)
+    status::NAMES.map(|(bit, name)| (name, bit)).into_py_dict(py)
 }

@@ -166,34 +166,26 @@ impl Channel {
 
     /// The complete sample of a call.
     fn sample(&self, values: [f64; 4], further: Further) -> PyResult<Input<f64>> {
-        let Further {
-            supply_pressure,
-            valve_command,
-            displacement,
-            acceleration,
-            next_command,
-            alive,
-            period,
-            load_pressure,
-        } = further;
-        self.required([supply_pressure, valve_command, displacement, acceleration].map(|v| v.is_some()))?;
-        if self.looks_ahead() && next_command.is_none() {
+        let signals =
+            [further.supply_pressure, further.valve_command, further.displacement, further.acceleration];
+        self.required(signals.map(|signal| signal.is_some()))?;
+        if self.looks_ahead() && further.next_command.is_none() {
             return Err(refuse("next_command", "None", "must be given: `compensation.look_ahead` is on"));
         }
         let [command, velocity, force, spool] = values;
         Ok(Input {
             command,
-            next_command: next_command.unwrap_or(command),
+            next_command: further.next_command.unwrap_or(command),
             velocity,
             force,
             spool,
-            displacement: displacement.unwrap_or(0.0),
-            valve_command: valve_command.unwrap_or(f64::NAN),
-            supply_pressure: supply_pressure.unwrap_or(self.rig.supply.pressure),
-            acceleration: acceleration.unwrap_or(0.0),
-            alive: alive.unwrap_or(f64::NAN),
-            period: period.unwrap_or(f64::NAN),
-            load_pressure: load_pressure.unwrap_or(f64::NAN),
+            displacement: further.displacement.unwrap_or(0.0),
+            valve_command: further.valve_command.unwrap_or(f64::NAN),
+            supply_pressure: further.supply_pressure.unwrap_or(self.rig.supply.pressure),
+            acceleration: further.acceleration.unwrap_or(0.0),
+            alive: further.alive.unwrap_or(f64::NAN),
+            period: further.period.unwrap_or(f64::NAN),
+            load_pressure: further.load_pressure.unwrap_or(f64::NAN),
         })
     }
 

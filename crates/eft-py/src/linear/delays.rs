@@ -3,7 +3,7 @@
 use eft_sim::linear;
 use numpy::{Complex64, PyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::arrays;
 use crate::errors::{refuse, to_python};
@@ -40,8 +40,7 @@ pub(crate) fn delay_budget<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let rate = sample_rate.unwrap_or(rig.config.controller.sample_rate);
     let budget = linear::delay_budget(&rig.config, rate, band).map_err(to_python)?;
-    let answer = PyDict::new(py);
-    for (part, delay) in [
+    let parts = [
         ("valve", budget.valve),
         ("hold", budget.hold),
         ("computation", budget.computation),
@@ -49,10 +48,8 @@ pub(crate) fn delay_budget<'py>(
         ("derivative", budget.derivative),
         ("path", budget.path),
         ("total", budget.total),
-    ] {
-        answer.set_item(part, delay)?;
-    }
-    Ok(answer)
+    ];
+    parts.into_py_dict(py)
 }
 
 /// Return the steady-state gains of a rig's velocity observer, on displacement (1), velocity (1/s) and drift (1/s²).

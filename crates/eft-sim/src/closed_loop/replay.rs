@@ -25,6 +25,11 @@ macro_rules! define {
         }
 
         impl Replay {
+            /// The estimates by name.
+            pub fn estimates(&self) -> Vec<(&'static str, &[f64])> {
+                vec![$((stringify!($learned), self.$learned.as_slice()),)*]
+            }
+
             fn add(&mut self, time: f64, $calibration: &Calibration<impl Precision>) {
                 self.time.push(time);
                 $(self.$learned.push($found.to_f64());)*
