@@ -51,32 +51,6 @@ pub(crate) trait Drive<S: Num>: Copy {
     }
 }
 
-/// A valve command as a function of the force and its rate at one time.
-pub(crate) trait Valve<S> {
-    /// Valve command (V) for a force (N) and its rate (N/s).
-    fn command(&self, force: S, force_rate: S) -> S;
-}
-
-impl<S, F: Fn(S, S) -> S> Valve<S> for F {
-    #[inline(always)]
-    fn command(&self, force: S, force_rate: S) -> S {
-        self(force, force_rate)
-    }
-}
-
-/// A drive at a time (s) after its sample.
-pub(crate) struct DriveAt<'a, D, S> {
-    pub(crate) drive: &'a D,
-    pub(crate) time: S,
-}
-
-impl<S: Num, D: Drive<S>> Valve<S> for DriveAt<'_, D, S> {
-    #[inline(always)]
-    fn command(&self, force: S, force_rate: S) -> S {
-        self.drive.valve_command(self.time, force, force_rate)
-    }
-}
-
 /// The digital realization: the command is held.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Held<S>(pub(crate) S);

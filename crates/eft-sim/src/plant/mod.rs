@@ -30,7 +30,7 @@ mod torque_motor;
 mod valve_leakage;
 
 pub(crate) use actuator::Actuator;
-pub(crate) use drive::{Analog, AnalogWithCell, AnyDrive, Drive, DriveAt, DriveKind, Held, Valve};
+pub(crate) use drive::{Analog, AnalogWithCell, AnyDrive, Drive, DriveKind, Held};
 pub use energy::EnergyBalance;
 pub(crate) use energy::POWERS;
 pub(crate) use fast::{Exponential, FastState, Prediction};

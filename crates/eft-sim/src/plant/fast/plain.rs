@@ -4,8 +4,8 @@ use eft_core::Scalar;
 
 use crate::lanes::Num;
 use crate::plant::{
-    Actuator, ActuatorState, Drive, DriveAt, Equations, LoadFlow, PilotValve, Signals, Spool, Stages, Story,
-    Valve, runge_kutta,
+    Actuator, ActuatorState, Drive, Equations, LoadFlow, PilotValve, Signals, Spool, Stages, Story,
+    runge_kutta,
 };
 use crate::{Result, RigConfig};
 
@@ -121,23 +121,20 @@ impl<S: Num> PlainPlant<S> {
         ActuatorState::from_array(numbers)
     }
 
-    /// The rate of the state for given terms, with the valve command (V) of `valve` from force (N) and force
-    /// rate (N/s). It is linear in state, terms and command if the spool is not at a stop.
+    /// The rate of the state for given terms and a valve command (V). It is linear in them if the spool is not at a
+    /// stop.
     #[inline(always)]
     pub(crate) fn rate_under(
         &self,
         state: &ActuatorState<S>,
         terms: &Terms<S>,
-        valve: &impl Valve<S>,
+        valve_command: S,
     ) -> ActuatorState<S> {
-        let force = self.actuator.force(state.load_pressure);
-        let pressure_rate = self.actuator.rate(terms.flow, state.load_pressure, state.velocity);
-        let valve_command = valve.command(force, self.actuator.force(pressure_rate));
-        let left = force - terms.softening;
+        let left = self.force(state) - terms.softening;
         ActuatorState {
             pilot_flow: self.pilot_valve.rate(valve_command, state.spool, state.pilot_flow),
             spool: self.spool.rate(state.pilot_flow, state.spool),
-            load_pressure: pressure_rate,
+            load_pressure: self.actuator.rate(terms.flow, state.load_pressure, state.velocity),
             displacement: state.velocity,
             velocity: self.story.linear_acceleration(left, state.displacement, state.velocity),
         }
@@ -156,8 +153,9 @@ impl<S: Num, D: Drive<S>> Equations<S> for Dynamics<'_, S, D> {
         let Self { plant, drive } = *self;
         let state = ActuatorState::from_slice(state);
         let terms = Terms { flow: plant.flow_and_gain(&state).0, softening: plant.softening_force(&state) };
+        let valve_command = drive.limit(plant.driven_demand(&state, terms.flow, drive, time));
         if let Some(rate) = rate.first_chunk_mut() {
-            *rate = plant.rate_under(&state, &terms, &DriveAt { drive, time }).to_array();
+            *rate = plant.rate_under(&state, &terms, valve_command).to_array();
         }
     }
 }

@@ -66,10 +66,9 @@ impl Propagator<f64> {
     pub(crate) fn new(plant: &PlainPlant<f64>, drive: &impl Drive<f64>, step: f64) -> Self {
         let at_rest = ActuatorState::default();
         let none = Terms { flow: 0.0, softening: 0.0 };
-        let feedback = |force: f64, rate: f64| drive.demand(0.0, force, rate);
         let rate = |state: &ActuatorState<f64>, terms: &Terms<f64>, command: f64| {
-            let rate = plant.rate_under(state, terms, &|force, rate| feedback(force, rate) + command);
-            SVector::from(rate.to_array())
+            let command = plant.driven_demand(state, terms.flow, drive, 0.0) + command;
+            SVector::from(plant.rate_under(state, terms, command).to_array())
         };
         let mut linear = SMatrix::<f64, STATES, STATES>::zeros();
         for n in 0..STATES {
@@ -175,10 +174,10 @@ mod tests {
         }
         impl<F: Fn(f64) -> Terms<f64>, G: Fn(f64) -> f64> Equations<f64> for Linear<'_, F, G> {
             fn rate(&mut self, state: &[f64], time: f64, rate: &mut [f64]) {
-                let demand = (self.demand)(time);
-                let valve = |force, rate| self.drive.demand(0.0, force, rate) + demand;
-                let state = ActuatorState::from_slice(state);
-                let all = self.plant.rate_under(&state, &(self.terms)(time), &valve);
+                let (state, terms) = (ActuatorState::from_slice(state), (self.terms)(time));
+                let command =
+                    self.plant.driven_demand(&state, terms.flow, self.drive, 0.0) + (self.demand)(time);
+                let all = self.plant.rate_under(&state, &terms, command);
                 rate.copy_from_slice(&all.to_array());
             }
         }
