@@ -211,7 +211,7 @@ impl PlantStepper {
         visit(&mut ticks);
         self.ticks = ticks as u64;
         match &mut self.plant {
-            IntegratedPlant::Fast(_, state) => state.numbers().into_iter().for_each(visit),
+            IntegratedPlant::Fast(_, state) => state.numbers().for_each(visit),
             IntegratedPlant::General(plant, _) => plant.numbers(visit),
         }
     }

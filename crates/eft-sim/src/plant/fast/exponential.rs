@@ -313,22 +313,11 @@ impl<S: Num, D: Drive<S>> Work for RungeKuttaStep<'_, S, D> {
 
 impl<S: Num> FastState<S> {
     /// Every number of the state.
-    pub(crate) fn numbers(&mut self) -> [&mut S; 10] {
+    pub(crate) fn numbers(&mut self) -> impl Iterator<Item = &mut S> {
         let ActuatorState { pilot_flow, spool, load_pressure, displacement, velocity } = &mut self.plant;
-        let History { flow: [flow, flow_before], softening: [softening, softening_before], demand } =
-            &mut self.history;
-        [
-            pilot_flow,
-            spool,
-            load_pressure,
-            displacement,
-            velocity,
-            flow,
-            flow_before,
-            softening,
-            softening_before,
-            demand,
-        ]
+        let History { flow, softening, demand } = &mut self.history;
+        let plant = [pilot_flow, spool, load_pressure, displacement, velocity];
+        plant.into_iter().chain(flow).chain(softening).chain([demand])
     }
 
     // Field by field, because the compiler does not inline closures in code that it considers rare.
