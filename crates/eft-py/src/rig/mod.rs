@@ -229,7 +229,7 @@ impl Rig {
     /// >>> eft.Rig.zhao2005().replace({"compensation.look_ahead": True}).idle_keys()
     /// ['compensation.look_ahead needs compensation.feedforward = true']
     fn idle_keys(&self) -> Vec<String> {
-        self.config.idle_keys().iter().map(ToString::to_string).collect()
+        self.config.idle_keys()
     }
 
     /// Return the value of a dotted key, a dictionary for a section, or `None` for an absent optional value.

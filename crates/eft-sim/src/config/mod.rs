@@ -19,7 +19,6 @@ mod zhao2005;
 
 pub use calibrations::Calibrations;
 pub(crate) use force_loop::{AtRest, gain_within_limit};
-pub use idle::IdleKey;
 pub use keys::KEYS;
 pub use schema::{Key, Kind, Need, Preset};
 pub use sections::{
@@ -240,8 +239,8 @@ impl RigConfig {
         Ok(tree::get(&self.to_tree(), key).cloned())
     }
 
-    /// The keys that are set but have no effect with the other values, with what each needs.
-    pub fn idle_keys(&self) -> Vec<IdleKey> {
+    /// A sentence on each key that is set but has no effect with the other values: what it needs.
+    pub fn idle_keys(&self) -> Vec<String> {
         idle::idle_keys(&self.to_tree())
     }
 
