@@ -24,7 +24,7 @@ pub(super) struct Declared {
 impl Declared {
     /// Reads `dt = 0.02 s`, `npts=3000` and `units: m/s^2` from a line.
     pub(super) fn note(&mut self, line: &Line<'_>) -> Result<(), Fault> {
-        for_each_note(line.text, |Note { key, value, after }| {
+        for_each_note(line.text, |key, value, after| {
             match key.to_ascii_lowercase().as_str() {
                 "dt" => {
                     self.dt = Some(step(value, after).map_err(|message| Fault::at(line, message))?);
@@ -84,17 +84,13 @@ impl Declared {
     }
 }
 
-/// One note `key = value` or `key: value`.
-struct Note<'a> {
-    key: &'a str,
-    value: &'a str,
-    /// The next word if it belongs to the value; it may be the unit.
-    after: &'a str,
-}
-
-/// Calls `each` with the notes of a line, up to the first that it refuses. A vector of them
-/// could take twenty times the memory of the file.
-fn for_each_note(text: &str, mut each: impl FnMut(Note<'_>) -> Result<(), Fault>) -> Result<(), Fault> {
+/// Calls `each` with key and value of each note `key = value` or `key: value` of a line, and the next word if it belongs
+/// to the value, such as its unit. It ends with the first note that `each` refuses. A vector of notes could take twenty
+/// times the memory of the file.
+fn for_each_note(
+    text: &str,
+    mut each: impl FnMut(&str, &str, &str) -> Result<(), Fault>,
+) -> Result<(), Fault> {
     let is_separator = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | '#' | '(' | ')');
     // Elsewhere `%` may be part of a unit: 1 % of g is not g.
     let text = text.trim_start().trim_start_matches('%');
@@ -108,7 +104,7 @@ fn for_each_note(text: &str, mut each: impl FnMut(Note<'_>) -> Result<(), Fault>
             // Before a further sign the last word is the next key.
             let next_keys = usize::from(parts.peek().is_some());
             let after = if right.len() > 1 + next_keys { right[1] } else { "" };
-            each(Note { key, value, after })?;
+            each(key, value, after)?;
         }
         left = right;
     }
