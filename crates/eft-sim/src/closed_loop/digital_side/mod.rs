@@ -153,47 +153,6 @@ impl<S: Num, C: Scalar<Element: Precision>> DigitalSide<S, C> {
         S::dispatch(GeneralSample { side: self, state, commands, truth, plant })
     }
 
-    #[inline(always)]
-    fn sample_dispatched(
-        &mut self,
-        state: &mut ControllerState<C>,
-        commands: [S; 2],
-        truth: &Signals<S>,
-        plant: &impl Feedback<S>,
-    ) -> DigitalOutput<S> {
-        let commands = match (&mut self.command_delay, self.realization) {
-            (None, _) => commands,
-            (Some(delay), Realization::Analog) => delay.delay(commands),
-            // The force loop compares with a late reading, but the feedforward acts on the true force.
-            (Some(delay), Realization::Digital) => [delay.delay(commands)[0], commands[1]],
-        };
-        let (mut measured, cell) = self.measure(*truth);
-        let voltage = match self.source {
-            ControllerSource::Learning(_) | ControllerSource::Channels(..) => {
-                self.analog_command::<false>(commands[0], cell, plant)
-            }
-            _ => S::splat(0.0),
-        };
-        let computation = &mut self.computation;
-        let out = match &mut self.source {
-            ControllerSource::SideBySide => self.control::<false>(state, commands, &measured),
-            ControllerSource::Learning(learning) => {
-                learn::<false, S, C>(learning, computation, commands, &mut measured, voltage)
-            }
-            ControllerSource::Channels(channels, outputs) => {
-                let measured = &mut measured;
-                let out =
-                    run_channels(channels, outputs, self.kind, computation, commands, measured, voltage);
-                if self.adapts {
-                    self.estimates.update(self.estimates.estimates.or(|i| channels[i].calibration()));
-                }
-                out
-            }
-            ControllerSource::External(_) => return self.run_external(commands, measured),
-        };
-        self.drive::<false, true>(out, &measured, cell, plant)
-    }
-
     /// The controllers' state at rest.
     pub(crate) fn at_rest(&self) -> ControllerState<C> {
         self.controller.at_rest()
@@ -278,6 +237,37 @@ impl<S: Num, C: Scalar<Element: Precision>, F: Feedback<S>> Work for GeneralSamp
 
     #[inline(always)]
     fn run(self) -> DigitalOutput<S> {
-        self.side.sample_dispatched(self.state, *self.commands, self.truth, self.plant)
+        let Self { side, state, commands, truth, plant } = self;
+        let commands = match (&mut side.command_delay, side.realization) {
+            (None, _) => *commands,
+            (Some(delay), Realization::Analog) => delay.delay(*commands),
+            // The force loop compares with a late reading, but the feedforward acts on the true force.
+            (Some(delay), Realization::Digital) => [delay.delay(*commands)[0], commands[1]],
+        };
+        let (mut measured, cell) = side.measure(*truth);
+        let voltage = match side.source {
+            ControllerSource::Learning(_) | ControllerSource::Channels(..) => {
+                side.analog_command::<false>(commands[0], cell, plant)
+            }
+            _ => S::splat(0.0),
+        };
+        let computation = &mut side.computation;
+        let out = match &mut side.source {
+            ControllerSource::SideBySide => side.control::<false>(state, commands, &measured),
+            ControllerSource::Learning(learning) => {
+                learn::<false, S, C>(learning, computation, commands, &mut measured, voltage)
+            }
+            ControllerSource::Channels(channels, outputs) => {
+                let measured = &mut measured;
+                let out =
+                    run_channels(channels, outputs, side.kind, computation, commands, measured, voltage);
+                if side.adapts {
+                    side.estimates.update(side.estimates.estimates.or(|i| channels[i].calibration()));
+                }
+                out
+            }
+            ControllerSource::External(_) => return side.run_external(commands, measured),
+        };
+        side.drive::<false, true>(out, &measured, cell, plant)
     }
 }
