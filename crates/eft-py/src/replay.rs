@@ -56,10 +56,11 @@ pub(crate) fn replay<'py>(
     };
     let found = run(&rig)?;
     let arrays = PyDict::new(py);
-    let others = [("time", found.time.as_slice()), ("found_flows", &found.found_flows)];
-    for (name, values) in found.estimates().into_iter().chain(others) {
-        arrays.set_item(name, PyArray1::from_slice(py, values))?;
+    for (name, values) in found.estimates() {
+        arrays.set_item(name, PyArray1::from_vec(py, values))?;
     }
+    arrays.set_item("time", PyArray1::from_vec(py, found.time))?;
+    arrays.set_item("found_flows", PyArray1::from_vec(py, found.found_flows))?;
     arrays.set_item("calibration", calibration(py, found.calibration.as_ref())?)?;
     arrays.set_item("status", PyArray1::from_vec(py, found.status))?;
     Ok(arrays)

@@ -1,44 +1,31 @@
 //! The learner's estimates from a recorded test.
 
-use eft_core::{Calibration, Input, Learning, Parameters, Realization, SavedCalibration};
+use eft_core::{Input, Learning, Parameters, Realization, SavedCalibration};
 
-use crate::closed_loop::estimates::estimates;
+use crate::closed_loop::estimates::{Estimates, FIELDS};
 use crate::closed_loop::{Precision, channel, parameters};
 use crate::{Result, RigConfig, checks, interruption};
 
-macro_rules! define {
-    (learner |$calibration:ident| {
-        $($learned:ident: $unit:literal, $doc:literal, $found:expr => $nominal:expr;)*
-    }) => {
-        /// The learner's estimates, one value per window of ticks.
-        #[derive(Debug, Clone, Default, PartialEq)]
-        pub struct Replay {
-            /// Time since the start (s) at which the window closed.
-            pub time: Vec<f64>,
-            $(#[doc = concat!($doc, " (", $unit, ").")] pub $learned: Vec<f64>,)*
-            /// Bits of [`eft_core::status`] about the learning.
-            pub status: Vec<u32>,
-            /// Learned no-load flows (m³/s) of the valve at the end, at the openings of the rig's flow table.
-            pub found_flows: Vec<f64>,
-            /// What was learned by the end, for the rig of the next test; none where nothing was.
-            pub calibration: Option<SavedCalibration>,
-        }
-
-        impl Replay {
-            /// The estimates by name.
-            pub fn estimates(&self) -> Vec<(&'static str, &[f64])> {
-                vec![$((stringify!($learned), self.$learned.as_slice()),)*]
-            }
-
-            fn add(&mut self, time: f64, $calibration: &Calibration<impl Precision>) {
-                self.time.push(time);
-                $(self.$learned.push($found.to_f64());)*
-                self.status.push($calibration.status);
-            }
-        }
-    };
+/// The learner's estimates, one value per window of ticks.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Replay {
+    /// Time since the start (s) at which the window closed.
+    pub time: Vec<f64>,
+    estimates: Vec<Estimates<f64>>,
+    /// Bits of [`eft_core::status`] about the learning.
+    pub status: Vec<u32>,
+    /// Learned no-load flows (m³/s) of the valve at the end, at the openings of the rig's flow table.
+    pub found_flows: Vec<f64>,
+    /// What was learned by the end, for the rig of the next test; none where nothing was.
+    pub calibration: Option<SavedCalibration>,
 }
-estimates!(define! {});
+
+impl Replay {
+    /// The values of each estimate, by the names and in the units of the traces.
+    pub fn estimates(&self) -> impl Iterator<Item = (&'static str, Vec<f64>)> {
+        FIELDS.iter().map(|(name, of)| (*name, self.estimates.iter().map(of).collect()))
+    }
+}
 
 /// Runs the learner of a rig on a recorded test, with one input per tick at a sample rate (Hz). The rig
 /// itself need not adapt. Every input needs the valve command (V) at its sampling time.
@@ -70,7 +57,9 @@ pub fn replay<P: Precision<Flags = u32>>(
         if let Some(window) = channel.step(&mut state, &channel::to_precision(input)).window {
             let calibration = learning.learner.update(&mut learning.state, &window);
             channel.publish(&mut state, calibration);
-            replay.add((tick + 1) as f64 / sample_rate, &calibration);
+            replay.time.push((tick + 1) as f64 / sample_rate);
+            replay.estimates.push(Estimates::unknown().or(|_| Some(&calibration)));
+            replay.status.push(calibration.status);
         }
     }
     replay.calibration = learning.saved();
