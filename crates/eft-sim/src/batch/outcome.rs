@@ -64,7 +64,7 @@ impl Outcome {
         let rows = judge(rig, sample_rate, actuators, fft, status & status::DIVERGED != 0)?;
         let estimates = adapts(rig).then(|| match estimates {
             [one] => one.named(),
-            floors => Estimates::nominal(&|_| rig).farthest(floors).named(),
+            floors => Estimates::nominal(&|_| rig).farthest(floors),
         });
         let samples = actuators.first().map_or(0, |one| one.command.len());
         Ok(Self { metrics: Metrics::worst(&rows), status, estimates, samples, runs: Vec::new() })

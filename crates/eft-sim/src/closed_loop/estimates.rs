@@ -92,29 +92,28 @@ macro_rules! define {
                 Self { $($learned: S::splat(f64::NAN),)* }
             }
         }
-
-        impl Estimates<f64> {
-            /// Name and value of each.
-            pub(crate) fn named(&self) -> Vec<(&'static str, f64)> {
-                FIELDS.iter().map(|(name, of)| (*name, of(self))).collect()
-            }
-
-            /// Of several floors, each estimate from the floor where it differs most from `self`.
-            pub(crate) fn farthest(self, floors: &[Self]) -> Self {
-                Self {
-                    $($learned: floors.iter().map(|floor| floor.$learned).fold(self.$learned, |most, value| {
-                        let distance = |value: f64| {
-                            let start = if self.$learned.is_finite() { self.$learned } else { 0.0 };
-                            (value - start).abs()
-                        };
-                        if distance(value) > distance(most) || !most.is_finite() { value } else { most }
-                    }),)*
-                }
-            }
-        }
     };
 }
 estimates!(define! {});
+
+impl Estimates<f64> {
+    /// Name and value of each.
+    pub(crate) fn named(&self) -> Vec<(&'static str, f64)> {
+        FIELDS.iter().map(|(name, of)| (*name, of(self))).collect()
+    }
+
+    /// Of several floors, name and value of each estimate at the floor where it differs most from `self`.
+    pub(crate) fn farthest(&self, floors: &[Self]) -> Vec<(&'static str, f64)> {
+        let value = |of: fn(&Self) -> f64| {
+            let start = if of(self).is_finite() { of(self) } else { 0.0 };
+            floors.iter().map(of).fold(of(self), |most, value| {
+                let farther = (value - start).abs() > (most - start).abs();
+                if farther || !most.is_finite() { value } else { most }
+            })
+        };
+        FIELDS.iter().map(|(name, of)| (*name, value(*of))).collect()
+    }
+}
 
 /// Estimates that a controller uses until they change.
 #[derive(Debug, Clone, Copy)]
