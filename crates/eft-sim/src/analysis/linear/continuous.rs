@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, RowDVector};
 
 use super::gains::FlowGain;
-use super::plant::{LinearPlant, left_out};
+use super::plant::{LinearPlant, left_out, named};
 use crate::Result;
 use crate::config::{RigConfig, VelocitySource};
 use crate::state_space::StateSpace;
@@ -103,19 +103,14 @@ pub(super) fn continuous(rig: &RigConfig, gain: FlowGain) -> Result<StateSpace> 
 
     let (c, outputs) = plant.outputs(states);
     let mut left_out = left_out(rig);
-    let delays = [
-        (compensation.computation_delay, "compensation.computation_delay"),
-        (rig.plant().dac.delay, "dac.delay"),
-        (sensors.velocity.delay, "sensors.velocity.delay"),
-        (sensors.force.delay, "sensors.force.delay"),
-    ];
-    left_out.extend(delays.iter().filter(|(samples, _)| *samples > 0).map(|(_, key)| (*key).to_owned()));
-    if controller.force_delay > 0.0 {
-        left_out.push("controller.force_delay".to_owned());
-    }
-    if controller.velocity_source != VelocitySource::Sensor {
-        left_out.push("controller.velocity_source".to_owned());
-    }
+    left_out.extend(named(&[
+        (compensation.computation_delay > 0, "compensation.computation_delay"),
+        (rig.plant().dac.delay > 0, "dac.delay"),
+        (sensors.velocity.delay > 0, "sensors.velocity.delay"),
+        (sensors.force.delay > 0, "sensors.force.delay"),
+        (controller.force_delay > 0.0, "controller.force_delay"),
+        (controller.velocity_source != VelocitySource::Sensor, "controller.velocity_source"),
+    ]));
     Ok(StateSpace {
         b: b + &a * &r,
         d: &c * r,

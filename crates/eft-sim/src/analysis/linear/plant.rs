@@ -194,7 +194,7 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
     let (valve, structure) = (&plant.servovalve, &plant.structure);
     let steep = structure.power_damper.as_ref().is_some_and(|damper| damper.exponent < 1.0);
     let building = structure.kind == StructureKind::ShearBuilding;
-    [
+    named(&[
         (valve.overlap > 0.0, "servovalve.overlap"),
         (valve.null_bias != 0.0, "servovalve.null_bias"),
         (valve.leakage.constant > 0.0, "servovalve.leakage.constant"),
@@ -205,9 +205,10 @@ pub(super) fn left_out(rig: &RigConfig) -> Vec<String> {
         (steep && !building, "structure.power_damper"),
         (compensation.adaptive, "compensation.adaptive"),
         (compensation.guard, "compensation.guard"),
-    ]
-    .into_iter()
-    .filter(|(present, _)| *present)
-    .map(|(_, key)| key.to_owned())
-    .collect()
+    ])
+}
+
+/// The keys whose effect is there.
+pub(super) fn named(keys: &[(bool, &str)]) -> Vec<String> {
+    keys.iter().filter(|(present, _)| *present).map(|(_, key)| (*key).to_owned()).collect()
 }
