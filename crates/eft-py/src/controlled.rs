@@ -11,7 +11,7 @@ use crate::integration::options;
 use crate::interruption::Watch;
 use crate::rig::GivenRig;
 use crate::run::traces;
-use crate::specimen::{PythonSpecimen, Raised};
+use crate::specimen::{Raised, specimen};
 use crate::values::{optional_number, real_number};
 
 /// A controller in Python, called once per tick with the arguments of `eft.Controller.step`.
@@ -76,13 +76,7 @@ pub(crate) fn simulate_controlled<'py>(
             |valve_command| Ok(ExternalOutput { valve_command, ..ExternalOutput::default() }),
         )
     };
-    let (specimen, failed) =
-        structure.map(|structure| PythonSpecimen::new(structure, false).into_specimen()).unzip();
+    let (specimen, failed) = specimen(structure, false);
     let run = py.detach(|| run_with(rig, command, &options, tick, specimen, go_on));
-    let run = raised.or(watch.end(run));
-    let run = match failed {
-        Some(failed) => failed.or(run)?,
-        None => run?,
-    };
-    traces(py, vec![run], false)
+    traces(py, vec![failed.or(raised.or(watch.end(run)))?], false)
 }

@@ -11,7 +11,7 @@ use crate::excitation::Command;
 use crate::interruption::Watch;
 use crate::rig::GivenRig;
 use crate::run::traces;
-use crate::specimen::PythonSpecimen;
+use crate::specimen::specimen;
 use crate::values::whole_number;
 
 /// Return the source text of a rig's controller, a constant in Rust or C, for firmware.
@@ -52,14 +52,8 @@ pub(crate) fn processor_in_the_loop<'py>(
     let (rig, command, options) = (&rig.config, command.single()?, SimulateOptions::default());
     let mut watch = Watch::new(progress);
     let go_on = |done, total| watch.go_on(done, total);
-    let (specimen, raised) =
-        structure.map(|structure| PythonSpecimen::new(structure, false).into_specimen()).unzip();
+    let (specimen, raised) = specimen(structure, false);
     let run =
         py.detach(|| in_the_loop::run_in_qemu(rig, command, &options, &image, machine, specimen, go_on));
-    let run = watch.end(run);
-    let run = match raised {
-        Some(raised) => raised.or(run)?,
-        None => run?,
-    };
-    traces(py, vec![run], false)
+    traces(py, vec![raised.or(watch.end(run))?], false)
 }

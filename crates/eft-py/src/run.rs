@@ -1,7 +1,7 @@
 //! Tests on the virtual rig.
 
 use eft_core::SavedCalibration;
-use eft_sim::closed_loop::{self, TRACES, Values, ideal_responses, simulate_actuators, simulate_specimen};
+use eft_sim::closed_loop::{self, TRACES, Values, ideal_responses, simulate_specimen};
 use eft_sim::config::calibration_section;
 use eft_sim::{SimulateOptions, TestRun};
 use numpy::PyArray1;
@@ -15,7 +15,7 @@ use crate::excitation::Command;
 use crate::integration::options;
 use crate::interruption::{Watch, interruptible};
 use crate::rig::{GivenRig, Rig, is_building};
-use crate::specimen::PythonSpecimen;
+use crate::specimen::specimen;
 use crate::values::{optional_number, to_python as to_python_value};
 
 /// The precision of the controller.
@@ -65,14 +65,7 @@ pub(crate) fn simulate<'py>(
     let options = options(method, largest_step)?;
     let rig = &rig.config;
     let commands = command.of(rig)?;
-    let Some(structure) = structure else {
-        let runs = py.detach(|| match dtype {
-            Dtype::F32 => simulate_actuators::<f32>(rig, commands, &options, go_on),
-            Dtype::F64 => simulate_actuators::<f64>(rig, commands, &options, go_on),
-        });
-        return traces(py, watch.end(runs)?, is_building(rig));
-    };
-    let (specimen, raised) = PythonSpecimen::new(structure, is_building(rig)).into_specimen();
+    let (specimen, raised) = specimen(structure, is_building(rig));
     let runs = py.detach(|| match dtype {
         Dtype::F32 => simulate_specimen::<f32>(rig, commands, specimen, &options, go_on),
         Dtype::F64 => simulate_specimen::<f64>(rig, commands, specimen, &options, go_on),

@@ -12,7 +12,7 @@ use crate::values::real_number;
 
 /// A structure in Python, called as ``structure(force, dt)`` once per sample; it returns ``(displacement,
 /// velocity)``.
-pub(crate) struct PythonSpecimen {
+struct PythonSpecimen {
     structure: Py<PyAny>,
     /// Whether numbers are arrays with one value per actuator.
     stacked: bool,
@@ -37,19 +37,15 @@ impl Raised {
     }
 }
 
-impl PythonSpecimen {
-    pub(crate) fn new(structure: Py<PyAny>, stacked: bool) -> Self {
-        Self { structure, stacked }
-    }
-
-    /// The structure for the simulator. A `StructureError` ends the test with its message; any other
-    /// exception ends the call.
-    pub(crate) fn into_specimen(self) -> (Specimen, Raised) {
-        let raised = Raised::default();
-        let kept = raised.clone();
-        let ask = move |forces: &[f64], dt: f64| {
+/// A structure for the simulator, if there is one. A `StructureError` ends the test with its message; any other
+/// exception ends the call.
+pub(crate) fn specimen(structure: Option<Py<PyAny>>, stacked: bool) -> (Option<Specimen>, Raised) {
+    let raised = Raised::default();
+    let specimen = structure.map(|structure| -> Specimen {
+        let (structure, kept) = (PythonSpecimen { structure, stacked }, raised.clone());
+        Box::new(move |forces, dt| {
             Python::attach(|py| {
-                self.ask(py, forces, dt).map_err(|error| {
+                structure.ask(py, forces, dt).map_err(|error| {
                     let message = error.value(py).to_string();
                     if !is_failure(py, &error) {
                         kept.keep(error);
@@ -57,10 +53,12 @@ impl PythonSpecimen {
                     message
                 })
             })
-        };
-        (Box::new(ask), raised)
-    }
+        })
+    });
+    (specimen, raised)
+}
 
+impl PythonSpecimen {
     fn ask(&self, py: Python<'_>, forces: &[f64], dt: f64) -> PyResult<Motions> {
         let answer = match (forces, self.stacked) {
             ([one], false) => self.structure.call1(py, (*one, dt))?,

@@ -116,12 +116,12 @@ pub fn simulate_actuators<P: Precision>(
     rig: &RigConfig,
     commands: &[Command],
     options: &SimulateOptions,
-    mut progress: impl FnMut(usize, usize) -> bool,
+    progress: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    run_in_width(P::WIDTH, TestRequest::new(rig, commands, options), &mut progress)
+    simulate_specimen::<P>(rig, commands, None, options, progress)
 }
 
-/// As [`simulate_actuators`] with an external structure instead of the rig's own. If it cannot continue, the
+/// As [`simulate_actuators`], and an external structure may replace the rig's own. If it cannot continue, the
 /// test ends as tripped, and [`TestRun::stopped`] has the reason.
 ///
 /// # Errors
@@ -129,11 +129,11 @@ pub fn simulate_actuators<P: Precision>(
 pub fn simulate_specimen<P: Precision>(
     rig: &RigConfig,
     commands: &[Command],
-    specimen: Specimen,
+    specimen: Option<Specimen>,
     options: &SimulateOptions,
     mut progress: impl FnMut(usize, usize) -> bool,
 ) -> Result<Vec<TestRun>> {
-    let request = TestRequest { specimen: Some(specimen), ..TestRequest::new(rig, commands, options) };
+    let request = TestRequest { specimen, ..TestRequest::new(rig, commands, options) };
     run_in_width(P::WIDTH, request, &mut progress)
 }
 
