@@ -21,8 +21,6 @@ __all__ = [
     "Record",
     "Rig",
     "__version__",
-    "band_passed",
-    "baseline_corrected",
     "check_feasibility",
     "check_rig",
     "coherence",
@@ -66,9 +64,7 @@ __all__ = [
     "read_record",
     "recorded_traces",
     "replay",
-    "resampled",
     "rig_keys",
-    "scaled",
     "simulate",
     "simulate_batch",
     "simulate_controlled",
@@ -78,7 +74,6 @@ __all__ = [
     "stability_margin",
     "stability_margins",
     "status_flags",
-    "tapered",
     "trace_table",
     "trip_causes",
     "unit_factor",
@@ -641,11 +636,6 @@ def flow_test(
 def free_vibration(
     rig: Rig, displacement: float, duration: float = 10.0, sample_rate: float = 512.0
 ) -> _Array: ...
-def baseline_corrected(record: Record, degree: int = 1) -> Record: ...
-def band_passed(record: Record, low: float, high: float, order: int = 4) -> Record: ...
-def resampled(record: Record, rate: float) -> Record: ...
-def scaled(record: Record, acceleration: float = 1.0, time: float = 1.0) -> Record: ...
-def tapered(record: Record, start: float, end: float) -> Record: ...
 def displacement_spectrum(record: Record, periods: ArrayLike, damping: float = 0.05) -> _Array: ...
 def demands(rig: Rig, command: Command) -> list[dict[str, Any]]: ...
 def check_feasibility(rig: Rig, command: Command) -> dict[str, Any]: ...

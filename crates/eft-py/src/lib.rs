@@ -75,8 +75,8 @@ mod _native {
     use crate::metrics::{coherence, fft_ratio, judge_test, metrics, worst};
     #[pymodule_export]
     use crate::planning::{
-        band_passed, baseline_corrected, check_feasibility, demands, displacement_spectrum,
-        growth_until_learned, guarded, learned, predicted_errors, resampled, scaled, smallest_force, tapered,
+        check_feasibility, demands, displacement_spectrum, growth_until_learned, guarded, learned,
+        predicted_errors, smallest_force,
     };
     #[pymodule_export]
     use crate::plant::{Plant, PlantState};

@@ -1,75 +1,19 @@
-//! Preparation of records, spectra, and the check before a test.
+//! Spectra, and the check before a test.
 
 use eft_sim::config::Mode;
 use eft_sim::feasibility::{self, Demand};
 use eft_sim::prediction::{self, PredictedError};
-use eft_sim::{Unreached, preparation, spectra};
+use eft_sim::{Unreached, spectra};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyList};
 
 use crate::arrays;
 use crate::errors::to_python;
-use crate::excitation::{Command, Record, record};
+use crate::excitation::{Command, Record};
 use crate::interruption::interruptible;
 use crate::rig::{GivenRig, Rig};
-use crate::values::{real_number, whole_number};
-
-/// Return the record without the polynomial of a degree (0 to 5) that fits its acceleration best.
-#[pyfunction]
-#[pyo3(signature = (record, degree=1))]
-pub(crate) fn baseline_corrected(
-    record: &Record,
-    #[pyo3(from_py_with = whole_number)] degree: usize,
-) -> PyResult<Record> {
-    self::record(preparation::baseline_corrected(&record.inner, degree))
-}
-
-/// Return the record filtered to `low` to `high` (Hz) by a zero-phase Butterworth filter.
-#[pyfunction]
-#[pyo3(signature = (record, low, high, order=4))]
-pub(crate) fn band_passed(
-    py: Python<'_>,
-    record: &Record,
-    #[pyo3(from_py_with = real_number)] low: f64,
-    #[pyo3(from_py_with = real_number)] high: f64,
-    order: i32,
-) -> PyResult<Record> {
-    self::record(py.detach(|| preparation::band_passed(&record.inner, low, high, order)))
-}
-
-/// Return the record at another sample rate (Hz), after removing frequencies above half of it.
-#[pyfunction]
-pub(crate) fn resampled(
-    py: Python<'_>,
-    record: &Record,
-    #[pyo3(from_py_with = real_number)] rate: f64,
-) -> PyResult<Record> {
-    self::record(py.detach(|| preparation::resampled(&record.inner, rate)))
-}
-
-/// Return the record with its acceleration and its time multiplied by factors.
-///
-/// A model at the length scale `S` with unchanged accelerations has the time factor ``sqrt(S)``.
-#[pyfunction]
-#[pyo3(signature = (record, acceleration=1.0, time=1.0))]
-pub(crate) fn scaled(
-    record: &Record,
-    #[pyo3(from_py_with = real_number)] acceleration: f64,
-    #[pyo3(from_py_with = real_number)] time: f64,
-) -> PyResult<Record> {
-    self::record(preparation::scaled(&record.inner, acceleration, time))
-}
-
-/// Return the record faded in over `start` and out over `end` seconds by raised cosines.
-#[pyfunction]
-pub(crate) fn tapered(
-    record: &Record,
-    #[pyo3(from_py_with = real_number)] start: f64,
-    #[pyo3(from_py_with = real_number)] end: f64,
-) -> PyResult<Record> {
-    self::record(preparation::tapered(&record.inner, start, end))
-}
+use crate::values::real_number;
 
 /// Return the largest relative displacement in m of oscillators on the ground motion.
 ///

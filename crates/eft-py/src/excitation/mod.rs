@@ -11,7 +11,7 @@ use crate::values::real_number;
 
 pub(crate) use command::Command;
 use command::Origin;
-pub(crate) use record::{Record, read_record, record};
+pub(crate) use record::{Record, read_record};
 
 /// Make a sine whose frequency runs linearly from `f_start` to `f_end`.
 ///

@@ -27,7 +27,7 @@ pub(crate) struct Record {
     acceleration: PyOnceLock<Py<PyArray1<f64>>>,
 }
 
-pub(crate) fn record(result: eft_sim::Result<records::Record>) -> PyResult<Record> {
+fn record(result: eft_sim::Result<records::Record>) -> PyResult<Record> {
     result.map(|inner| Record { inner, acceleration: PyOnceLock::new() }).map_err(to_python)
 }
 
