@@ -2,76 +2,43 @@
 
 use eft_sim::batch::{self, BatchOptions, Outcome, Test};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{IntoPyDict, PyDict, PyList};
 
-use crate::errors::{refuse, to_python};
+use crate::errors::refuse;
 use crate::excitation::Command;
 use crate::integration::options;
+use crate::interruption::Watch;
 use crate::rig::Rig;
 use crate::run::{Dtype, traces};
 use crate::values::{optional_number, optional_whole};
 
 /// The result of one test of a batch.
-#[pyclass(frozen, module = "eft._native")]
+#[pyclass(frozen, get_all, module = "eft._native")]
 pub(crate) struct BatchResult {
-    metrics: Py<PyDict>,
-    estimates: Option<Py<PyDict>>,
-    traces: Option<Py<PyDict>>,
-    status: u32,
-    samples: usize,
-    finished: bool,
-}
-
-#[pymethods]
-impl BatchResult {
     /// The metrics of `TestRun.metrics` by name; for a building the largest of all floors. Without `fft`
     /// those that take longer than a test are absent. Metrics of the force are NaN if the test diverged and
     /// the force is too large.
-    #[getter]
-    fn metrics<'py>(&self, py: Python<'py>) -> Bound<'py, PyDict> {
-        self.metrics.bind(py).clone()
-    }
+    metrics: Py<PyDict>,
     /// The controller's estimates at the end by the names of `TestRun`'s traces; for a building those of the
     /// floor where each changed most. `None` without self-calibration and guard.
-    #[getter]
-    fn estimates<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyDict>> {
-        self.estimates.as_ref().map(|estimates| estimates.bind(py).clone())
-    }
-    /// Every status bit that was raised at any time.
-    #[getter]
-    fn status(&self) -> u32 {
-        self.status
-    }
-    /// Number of simulated samples: that of the command, or fewer if the test diverged.
-    #[getter]
-    fn samples(&self) -> usize {
-        self.samples
-    }
-    /// Whether the test ran to its end with finite values.
-    #[getter]
-    fn finished(&self) -> bool {
-        self.finished
-    }
+    estimates: Option<Py<PyDict>>,
     /// The traces by name, as from `simulate`; `None` if not requested.
-    #[getter]
-    fn traces<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyDict>> {
-        self.traces.as_ref().map(|traces| traces.bind(py).clone())
-    }
+    traces: Option<Py<PyDict>>,
+    /// Every status bit that was raised at any time.
+    status: u32,
+    /// Number of simulated samples: that of the command, or fewer if the test diverged.
+    samples: usize,
+    /// Whether the test ran to its end with finite values.
+    finished: bool,
 }
 
 impl BatchResult {
     fn new(py: Python<'_>, outcome: Outcome, stacked: bool) -> PyResult<Self> {
-        let named = |values: &mut dyn Iterator<Item = (&str, f64)>| {
-            let dict = PyDict::new(py);
-            for (name, value) in values {
-                dict.set_item(name, value)?;
-            }
-            PyResult::Ok(dict.unbind())
-        };
+        let estimates = outcome.estimates.as_ref().map(|found| found.into_py_dict(py)).transpose()?;
         let finished = outcome.finished();
         Ok(Self {
-            metrics: named(&mut outcome.metrics.iter())?,
-            estimates: outcome.estimates.map(|found| named(&mut found.into_iter())).transpose()?,
+            metrics: outcome.metrics.iter().into_py_dict(py)?.unbind(),
+            estimates: estimates.map(Bound::unbind),
             status: outcome.status,
             samples: outcome.samples,
             finished,
@@ -126,23 +93,14 @@ pub(crate) fn simulate_batch<'py>(
             Err(error) => refused.push(Some(error.value(py).to_string())),
         }
     }
-    let mut stopped = None;
-    let go_on = |_, _| match Python::attach(|py| py.check_signals()) {
-        Ok(()) => true,
-        Err(error) => {
-            stopped = Some(error);
-            false
-        }
-    };
+    let mut watch = Watch::default();
+    let go_on = |done, total| watch.go_on(done, total);
     let outcomes = py.detach(|| match dtype {
         Dtype::F32 => batch::simulate_batch::<f32>(&tests, &options, go_on),
         Dtype::F64 => batch::simulate_batch::<f64>(&tests, &options, go_on),
     });
-    if let Some(error) = stopped {
-        return Err(error);
-    }
     let entries = PyList::empty(py);
-    let mut outcomes = outcomes.map_err(to_python)?.into_iter();
+    let mut outcomes = watch.end(outcomes)?.into_iter();
     for (refused, command) in refused.into_iter().zip(&commands) {
         if let Some(reason) = refused {
             entries.append(reason)?;
