@@ -1,6 +1,7 @@
 //! Conversion of arrays from and to NumPy.
 
 use numpy::{Element, PyArray1, PyArrayMethods};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
@@ -71,6 +72,18 @@ pub(crate) fn rows(parameter: &str, array: &Bound<'_, PyAny>) -> PyResult<Vec<Ve
     };
     let values = flat(array)?;
     Ok((0..*rows).map(|row| values[row * columns..(row + 1) * columns].to_vec()).collect())
+}
+
+/// A value for each actuator: an array, or one value alone without a leading axis.
+pub(crate) fn each<'py, T: Element + Copy + IntoPyObject<'py>>(
+    py: Python<'py>,
+    values: &[T],
+    leading_axis: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    match values {
+        [one] if !leading_axis => one.into_bound_py_any(py),
+        _ => Ok(PyArray1::from_slice(py, values).into_any()),
+    }
 }
 
 /// Channels of equal length as an array: of one dimension, or with a leading axis.

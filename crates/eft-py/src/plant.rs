@@ -2,7 +2,7 @@
 
 use eft_sim::SimulateOptions;
 use eft_sim::closed_loop::{Method, PlantReading, PlantStepper, Signals};
-use numpy::PyArray1;
+use numpy::Element;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
@@ -122,11 +122,7 @@ impl Plant {
             }
             Some(structure) => {
                 let forces = plant.push(&commands).map_err(to_python)?;
-                let forces = match (forces.as_slice(), self.stacked) {
-                    ([one], false) => one.into_pyobject(py)?.into_any(),
-                    _ => PyArray1::from_vec(py, forces).into_any(),
-                };
-                let answer = structure.call1(py, (forces, self.period))?;
+                let answer = structure.call1(py, (arrays::each(py, &forces, self.stacked)?, self.period))?;
                 let (displacements, velocities) = motions(answer.bind(py), self.stacked)?;
                 plant.follow(&displacements, &velocities).map_err(to_python)?;
             }
@@ -177,12 +173,12 @@ type Numbers = (f64, [f64; 7], u32);
 type Pickled = (Vec<Numbers>, bool);
 
 impl PlantState {
-    fn of<'py>(&self, py: Python<'py>, value: fn(&PlantReading) -> f64) -> Answer<'py> {
-        let values: Vec<f64> = self.readings.iter().map(value).collect();
-        match (values.as_slice(), self.stacked) {
-            ([one], false) => Ok(one.into_pyobject(py)?.into_any()),
-            _ => arrays::stacked(py, vec![values], false),
-        }
+    fn of<'py, T: Element + Copy + IntoPyObject<'py>>(
+        &self,
+        py: Python<'py>,
+        value: fn(&PlantReading) -> T,
+    ) -> Answer<'py> {
+        arrays::each(py, &self.readings.iter().map(value).collect::<Vec<_>>(), self.stacked)
     }
 }
 
@@ -239,11 +235,7 @@ impl PlantState {
     /// Bits of `Status`.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> Answer<'py> {
-        let values: Vec<u32> = self.readings.iter().map(|reading| reading.status).collect();
-        match (values.as_slice(), self.stacked) {
-            ([one], false) => Ok(one.into_pyobject(py)?.into_any()),
-            _ => arrays::stacked(py, vec![values], false),
-        }
+        self.of(py, |reading| reading.status)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled)> {

@@ -3,7 +3,6 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use eft_sim::closed_loop::{Motions, Specimen};
-use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::arrays;
@@ -60,10 +59,8 @@ pub(crate) fn specimen(structure: Option<Py<PyAny>>, stacked: bool) -> (Option<S
 
 impl PythonSpecimen {
     fn ask(&self, py: Python<'_>, forces: &[f64], dt: f64) -> PyResult<Motions> {
-        let answer = match (forces, self.stacked) {
-            ([one], false) => self.structure.call1(py, (*one, dt))?,
-            _ => self.structure.call1(py, (PyArray1::from_slice(py, forces), dt))?,
-        };
+        let forces = arrays::each(py, forces, self.stacked)?;
+        let answer = self.structure.call1(py, (forces, dt))?;
         motions(answer.bind(py), self.stacked)
     }
 }
