@@ -69,22 +69,16 @@ pub(crate) fn worst(values: &Bound<'_, PyAny>) -> PyResult<f64> {
     Ok(judge::worst(arrays::flat(&arrays::real("values", values)?)?))
 }
 
-/// The metrics of a force against its command, by name; NaN if undefined. Without `fft` only those that need
-/// no Fourier transform.
+/// The metrics of a force against its command, by name; NaN if undefined.
 #[pyfunction]
-#[pyo3(signature = (command, force, sample_rate, fft=true))]
 pub(crate) fn metrics<'py>(
     py: Python<'py>,
     command: &Bound<'py, PyAny>,
     force: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = real_number)] sample_rate: f64,
-    fft: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (command, force) = (arrays::vector("command", command)?, arrays::vector("force", force)?);
-    let judged = interruptible(py, || match fft {
-        true => Metrics::of_force(&command, &force, sample_rate),
-        false => Metrics::quick_of_force(&command, &force),
-    })?;
+    let judged = interruptible(py, || Metrics::of_force(&command, &force, sample_rate))?;
     judged.iter().into_py_dict(py)
 }
 
