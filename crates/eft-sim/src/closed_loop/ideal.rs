@@ -55,19 +55,15 @@ pub fn ideal_responses(
     let responses = motions(rig, &at_rest, samples, grid, force)?;
     let finite =
         |i: usize| responses.iter().all(|r| r.displacement[i].is_finite() && r.velocity[i].is_finite());
-    match (0..samples).find(|&i| !finite(i)) {
-        None => Ok(responses),
-        Some(i) => {
-            let (key, mass) = lightest(rig);
-            let allowed = format!(
-                "must be larger, or its damping or stiffness smaller, or `largest_step` or the command's step shorter: the motion \
-                 grows without bound at sample {}, computed in steps of {:.3e} s",
-                i - 1,
-                grid.step
-            );
-            Err(Error::value(key, mass, allowed))
-        }
-    }
+    let Some(i) = (0..samples).find(|&i| !finite(i)) else { return Ok(responses) };
+    let (key, mass) = lightest(rig);
+    let allowed = format!(
+        "must be larger, or its damping or stiffness smaller, or `largest_step` or the command's step shorter: the motion \
+         grows without bound at sample {}, computed in steps of {:.3e} s",
+        i - 1,
+        grid.step
+    );
+    Err(Error::value(key, mass, allowed))
 }
 
 /// The smallest mass (kg) of a structure, with its key.

@@ -268,10 +268,7 @@ fn uneven(rows: Rows<'_>, times: &[f64], mean: f64) -> Fault {
 
 /// The step of times, which must rise evenly; `None` for a single time.
 fn step_of(rows: Rows<'_>, times: &[f64]) -> Result<Option<f64>, Fault> {
-    let (Some(first), Some(last)) = (times.first(), times.last()) else { return Ok(None) };
-    if times.len() < 2 {
-        return Ok(None);
-    }
+    let [first, .., last] = times else { return Ok(None) };
     let step = (last - first) / (times.len() - 1) as f64;
     if step <= 0.0 || !step.is_finite() {
         return Err(Fault::new(format!("the time column runs from {first} to {last}: it must increase")));
