@@ -56,11 +56,11 @@ pub fn linearize(rig: &RigConfig, gain: FlowGain, time: Time) -> Result<StateSpa
     }
 }
 
-/// The sampled loop with the [`Disturbance`]s of each actuator as inputs after the commands.
+/// The sampled loop with the mean flow gain and the [`Disturbance`]s of each actuator as inputs after the commands.
 ///
 /// # Errors
 /// As [`linearize`].
-pub(crate) fn disturbed(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<StateSpace> {
+pub(crate) fn disturbed(rig: &RigConfig, sample_rate: f64) -> Result<StateSpace> {
     interruption::check()?;
-    sampled::disturbed(&*rig.at_rate(sample_rate)?, gain, sample_rate)
+    sampled::disturbed(&*rig.at_rate(sample_rate)?, sample_rate)
 }

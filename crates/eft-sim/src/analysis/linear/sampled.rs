@@ -32,12 +32,12 @@ pub(super) fn sampled(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Resu
     Ok(model(Ticker::new(rig, gain, sample_rate)?))
 }
 
-/// The same with the [`Disturbance`]s of each actuator as further inputs.
+/// The same with the mean flow gain and the [`Disturbance`]s of each actuator as further inputs.
 ///
 /// # Errors
 /// As [`sampled`].
-pub(super) fn disturbed(rig: &RigConfig, gain: FlowGain, sample_rate: f64) -> Result<StateSpace> {
-    let ticker = Ticker::new(rig, gain, sample_rate)?;
+pub(super) fn disturbed(rig: &RigConfig, sample_rate: f64) -> Result<StateSpace> {
+    let ticker = Ticker::new(rig, FlowGain::Mean, sample_rate)?;
     let (_, columns) = ticker.disturbed();
     let mut model = model(ticker);
     let commands = model.b.ncols();

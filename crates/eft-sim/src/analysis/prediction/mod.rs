@@ -155,13 +155,13 @@ impl Loop {
         let rejected = unreached.iter().any(|one| matches!(one, Unreached::Rejected(..)));
         let learned = learns && !rejected && rig.compensation.level > 0.0;
         let mut adaptation = learned.then(|| Adaptation::of(&told, &rig, rate)).transpose()?;
-        let mut model = disturbed(&rig, FlowGain::Mean, rate)?;
+        let mut model = disturbed(&rig, rate)?;
         if let Some(guarded) = after_guard(&rig, gain, rate)?
             && (model.growth_rate()? > AT_REST || guard::acts(&guarded, &model, commands)?)
         {
             adaptation = adaptation.or_else(|| Some(Adaptation::of_guard(&rig, gain)));
             rig = guarded.rig;
-            model = disturbed(&rig, FlowGain::Mean, rate)?;
+            model = disturbed(&rig, rate)?;
         }
         let signals = Signals::of(&model, commands, transform)?;
         Ok(Self { rig, model, signals, adaptation, unreached })

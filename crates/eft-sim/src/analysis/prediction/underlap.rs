@@ -3,7 +3,7 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::Result;
-use crate::analysis::linear::{Complex, FlowGain, disturbed};
+use crate::analysis::linear::{Complex, disturbed};
 use crate::analysis::prediction::signals::{Signals, Transform, responses};
 use crate::config::{RigConfig, gain_within_limit};
 use crate::state_space::AT_REST;
@@ -41,7 +41,7 @@ impl Oscillation {
     ) -> Result<Option<Self>> {
         let model = |gain: f64| {
             let rig = rig.varied(|values| values.servovalve.flow_gain_scale *= gain);
-            disturbed(&rig, FlowGain::Mean, sample_rate)
+            disturbed(&rig, sample_rate)
         };
         let growth = if underlap > 0.0 { model(2.0)?.growth_rate()? } else { 0.0 };
         if growth <= AT_REST || model(1.0)?.growth_rate()? > AT_REST {
