@@ -2,12 +2,28 @@
 
 use std::f64::consts::TAU;
 
-/// The filter is exact for a signal that is linear between samples.
+/// The next output is `pole` times the last one plus `older` times the last input plus `newer` times the new one. This is
+/// exact for a signal that is linear between samples.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lag {
+    pub(crate) pole: f64,
+    pub(crate) older: f64,
+    pub(crate) newer: f64,
+}
+
+impl Lag {
+    /// A lag with a bandwidth (Hz) at a sample rate (Hz).
+    pub(crate) fn new(bandwidth: f64, sample_rate: f64) -> Self {
+        let z = TAU * bandwidth / sample_rate;
+        let pole = libm::exp(-z);
+        let mean = -libm::expm1(-z) / z;
+        Self { pole, older: mean - pole, newer: 1.0 - mean }
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LowPass {
-    pole: f64,
-    older: f64,
-    newer: f64,
+    lag: Lag,
     /// The last input and output; none before the first input, at which the filter is at rest.
     last: Option<[f64; 2]>,
 }
@@ -15,15 +31,13 @@ pub(crate) struct LowPass {
 impl LowPass {
     /// A filter with a bandwidth (Hz) at a sample rate (Hz).
     pub(crate) fn new(bandwidth: f64, sample_rate: f64) -> Self {
-        let z = TAU * bandwidth / sample_rate;
-        let pole = libm::exp(-z);
-        let mean = -libm::expm1(-z) / z;
-        Self { pole, older: mean - pole, newer: 1.0 - mean, last: None }
+        Self { lag: Lag::new(bandwidth, sample_rate), last: None }
     }
 
     pub(crate) fn step(&mut self, signal: f64) -> f64 {
+        let Lag { pole, older, newer } = self.lag;
         let [input, output] = self.last.unwrap_or([signal; 2]);
-        let output = self.pole * output + self.older * input + self.newer * signal;
+        let output = pole * output + older * input + newer * signal;
         self.last = Some([signal, output]);
         output
     }
@@ -41,7 +55,7 @@ mod tests {
     /// The exponential of glibc ends with another bit.
     #[test]
     fn a_filter_has_the_same_bits_on_every_platform() {
-        assert_eq!(LowPass::new(58.0, 4096.0).pole.to_bits(), 0x3fed_46a2_153c_df32);
+        assert_eq!(LowPass::new(58.0, 4096.0).lag.pole.to_bits(), 0x3fed_46a2_153c_df32);
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod sensor;
 pub(crate) use command_delay::CommandDelay;
 pub(crate) use dac::Dac;
 pub(crate) use delay_line::DelayLines;
+pub(crate) use low_pass::Lag;
 pub(crate) use noise::Noise;
 pub(crate) use sensor::AnalogOutput;
 

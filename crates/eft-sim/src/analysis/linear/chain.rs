@@ -1,8 +1,8 @@
 //! A sampled filter and a delay of whole samples in a signal's path, as part of a larger linear state.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{DMatrix, RowDVector};
+
+use crate::instruments::Lag;
 
 /// A signal, with one value for each case of a linear calculation.
 pub(super) type Signal = RowDVector<f64>;
@@ -14,14 +14,6 @@ pub(super) struct Chain {
     at: usize,
     lag: Option<Lag>,
     delay: usize,
-}
-
-/// The lag of [`crate::instruments`], exact for a signal that is linear between samples.
-#[derive(Debug, Clone, Copy)]
-struct Lag {
-    pole: f64,
-    older: f64,
-    newer: f64,
 }
 
 /// A delay of any length, linear between samples, as of [`crate::instruments`].
@@ -67,13 +59,7 @@ impl AnyDelay {
 impl Chain {
     /// A chain whose states begin at `at`, with a bandwidth (Hz) and a delay (samples).
     pub(super) fn new(at: usize, bandwidth: Option<f64>, delay: usize, sample_rate: f64) -> Self {
-        let lag = bandwidth.map(|corner| {
-            let z = TAU * corner / sample_rate;
-            let pole = libm::exp(-z);
-            let mean = -libm::expm1(-z) / z;
-            Lag { pole, older: mean - pole, newer: 1.0 - mean }
-        });
-        Self { at, lag, delay }
+        Self { at, lag: bandwidth.map(|corner| Lag::new(corner, sample_rate)), delay }
     }
 
     /// The index after its last state.
