@@ -102,16 +102,14 @@ pub(super) fn complete(mut whole: Table) -> Result<Table> {
     }
     supply_schedule(&whole)?;
     stories(&whole)?;
-    let floors = list(&whole, "structure.stories.masses").len();
-    let is_building = kind(&whole) == "shear_building";
-    check_calibration_count(&whole, if is_building { floors } else { 1 })?;
+    check_calibration_count(&whole, if is_building(&whole) { list(&whole, MASSES).len() } else { 1 })?;
     Ok(whole)
 }
 
 /// The value of a building's ground floor for a key of a single floor, if the stories are given.
 fn ground_floor_value(whole: &Table, key: &str) -> Option<Value> {
     let list = match key {
-        "structure.mass" => "structure.stories.masses",
+        "structure.mass" => MASSES,
         "structure.damping" => "structure.stories.dampings",
         _ => "structure.stories.stiffnesses",
     };
@@ -135,16 +133,19 @@ pub(super) fn plant(configured: &Table, truth: &Table) -> Result<Table> {
 }
 
 const KIND: &str = "structure.kind";
+const MASSES: &str = "structure.stories.masses";
 
 /// The kind of a rig's structure.
 fn kind(rig: &Table) -> &str {
     tree::get(rig, KIND).and_then(Value::as_str).unwrap_or_default()
 }
 
+fn is_building(rig: &Table) -> bool {
+    kind(rig) == "shear_building"
+}
+
 /// The true plant must have as many actuators as there are controllers.
 fn check_actuator_count(configured: &Table, plant: &Table) -> Result<()> {
-    const MASSES: &str = "structure.stories.masses";
-    let is_building = |rig: &Table| kind(rig) == "shear_building";
     let allowed = format!("must leave the number of actuators: `{KIND}` is \"{}\"", kind(configured));
     let same = is_building(configured) == is_building(plant);
     checks::require(same, KIND, format!("\"{}\"", kind(plant)), allowed)?;
@@ -236,7 +237,6 @@ fn supply_schedule(whole: &Table) -> Result<()> {
 
 /// Checks the stories: as many dampings and stiffnesses as masses.
 fn stories(whole: &Table) -> Result<()> {
-    const MASSES: &str = "structure.stories.masses";
     let masses = list(whole, MASSES);
     ["structure.stories.dampings", "structure.stories.stiffnesses"]
         .into_iter()
