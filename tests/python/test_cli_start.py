@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -60,6 +61,14 @@ def test_a_closed_stream_does_not_change_the_answer(closed, tmp_path):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="closes a pipe in a shell")
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no full device")
+@pytest.mark.parametrize("words", ["", "chek", "check nowhere.toml"])
+def test_an_error_that_cannot_be_written_is_no_answer(words, tmp_path):
+    with Path("/dev/full").open("w") as full:
+        process = subprocess.run([sys.executable, "-m", "eft", *words.split()], cwd=tmp_path, stderr=full)
+    assert process.returncode == 2
+
+
 def test_a_reader_that_ends_early_is_not_an_answer(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-c", SCRIPT, "run", "--sweep", "1000", "0.5", "5", "1"],

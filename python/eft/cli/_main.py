@@ -6,6 +6,7 @@ import re
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 
 import click
 
@@ -111,13 +112,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.filterwarnings("ignore", "Glyph .* missing from font")
             return int(cli.main(args=names, prog_name="eft", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)
-        return BAD_INPUT
+        return _tell(error.format_message(), BAD_INPUT)
     except click.ClickException as error:
         return _say(where, error.format_message())
     except (click.Abort, KeyboardInterrupt):
-        click.echo(f"{where}: interrupted", err=True)
-        return INTERRUPTED
+        return _tell(f"{where}: interrupted", INTERRUPTED)
     except SystemExit as error:
         # Click exits by itself only for the completion of words, with 0, and if the reader closed the output.
         if error.code:
@@ -137,5 +136,11 @@ def _say(where: str, message: str) -> int:
     sentence = " ".join(message.split())
     if len(sentence) > _LONGEST:
         sentence = sentence[:_LONGEST] + "…"
-    click.echo(f"{where}: {sentence}", err=True)
-    return BAD_INPUT
+    return _tell(f"{where}: {sentence}", BAD_INPUT)
+
+
+def _tell(text: str, code: int) -> int:
+    # On a full disk only the exit code is left.
+    with suppress(OSError):
+        click.echo(text, err=True)
+    return code

@@ -49,6 +49,19 @@ def amount(unit: str) -> Callable[[click.Context, click.Parameter, str | None], 
     return parse
 
 
+class _Positive(click.FloatRange):
+    """A number above zero; `FloatRange` alone accepts NaN."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number: float = super().convert(value, param, ctx)
+        if math.isnan(number):
+            self.fail(f"{value} is not in the range x>0.", param, ctx)
+        return number
+
+
+POSITIVE = _Positive(min=0.0, min_open=True)
+"""The type of an option that must be above zero."""
+
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object, for scripts.")
 """The option of every command with JSON output."""
 

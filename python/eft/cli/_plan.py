@@ -11,11 +11,11 @@ import click
 import eft
 from eft._memory import check_memory, memory_of_samples
 from eft._test_file import TestPlan, make_command, read_rig, read_test
-from eft.cli._output import FILE, F, amount, settings
+from eft.cli._output import FILE, POSITIVE, F, amount, settings
 
 memory_option = click.option(
     "--memory",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=POSITIVE,
     default=2.0,
     metavar="GIB",
     help="Memory that the tests may take; default: 2 GiB.",

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from eft._test_file import read_rig
-from eft.cli._output import FILE, epilog, settings
+from eft.cli._output import FILE, POSITIVE, epilog, settings
 from eft.opensees import Site, serve
 from eft.opensees._server import Visit
 
@@ -38,7 +38,7 @@ from eft.opensees._server import Visit
 )
 @click.option(
     "--idle",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=POSITIVE,
     default=600.0,
     show_default=True,
     metavar="S",

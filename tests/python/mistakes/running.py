@@ -90,6 +90,7 @@ WRONG = {
     "above half the rate": (["run", "--sweep", "1", "0", "4000", "1"], {}, ["f_end", "4000"]),
     "no duration": (["run", "--sweep", "1", "0", "10", "0"], {}, ["duration", "0"]),
     "too long to fit": (["run", "--sweep", "1", "0", "10", "1e9"], {}, ["4.096e12", "samples"]),
+    "memory that is no number": ([*SWEEP, "--memory", "nan"], {}, ["--memory", "nan", "x>0"]),
     "sample rate of zero": ([*SWEEP, "--sample-rate", "0"], {}, ["sample_rate", "0"]),
     "no such record": ([*RECORD, "nowhere.at2"], {}, ["nowhere.at2", "No such file"]),
     "record that is plain text": ([*RECORD, "a.at2"], {"a.at2": "one\ntwo\nthree\nfour\nfive\n"}, ["a.at2"]),
