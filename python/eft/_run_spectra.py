@@ -93,7 +93,7 @@ def coherence(run: TestRun, segment: float = 4.0) -> Coherence:
     Raises
     ------
     ValueError
-        If the segment is not positive or too long for the test, or the command is zero.
+        If the segment has less than two samples or two segments do not fit, or the command is zero.
 
     Examples
     --------
@@ -105,9 +105,11 @@ def coherence(run: TestRun, segment: float = 4.0) -> Coherence:
     segment = real_number("segment", segment)
     if run.command.ndim > 1:
         return Coherence(*map(read_only, _rows(run, lambda one: one.coherence(segment))))
-    if not segment > 0.0:
-        raise ValueError(f"segment = {segment}: must be positive, in s")
-    samples = round(min(segment * run.sample_rate, 2.0**40))
+    length, rate = run.command.size, run.sample_rate
+    samples = round(segment * rate) if abs(segment) <= length / rate else 0
+    if samples < 2 or 2 * samples - samples // 2 > length:
+        allowed = f"at least {2.0 / rate:g} and at most two thirds of the test, {length / 1.5 / rate:.3g} s"
+        raise ValueError(f"segment = {segment:g} s: must be {allowed}")
     return Coherence(*map(read_only, _native.coherence(run.command, run.force, run.sample_rate, samples)))
 
 

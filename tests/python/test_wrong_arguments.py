@@ -1,6 +1,7 @@
 """Arguments of a wrong kind: every function says the same of them."""
 
 import inspect
+import re
 from dataclasses import is_dataclass
 
 import numpy as np
@@ -89,6 +90,37 @@ def test_a_truth_value_is_no_number(call, true):
 def test_a_truth_value_or_a_text_is_no_number_in_python_either(true, name, kind, call):
     with pytest.raises(TypeError, match=rf"^{name} = .*: must be a {kind} number$"):
         call(true)
+
+
+@pytest.mark.parametrize("wrong", [-1, 2**64])
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("seed", lambda wrong: eft.Command.noise(1.0, (1.0, 2.0), 1.0, 1024.0, seed=wrong)),
+        ("degree", lambda wrong: eft.Record([0.0, 1.0, 0.0], 0.01).baseline_corrected(wrong)),
+        ("channel", lambda wrong: eft.read_record("motion.v2", channel=wrong)),
+    ],
+)
+def test_a_whole_number_out_of_range_is_refused_with_its_range(wrong, name, call):
+    # The interpreter prints the note with the name below the message.
+    said = rf"^{wrong}: must be a whole number between 0 and 18446744073709551615\nwhile processing '{name}'$"
+    with pytest.raises(ValueError, match=said):
+        call(wrong)
+
+
+def test_a_seed_beyond_64_bits_is_refused():
+    with pytest.raises(
+        ValueError, match=r"^sensors\.seed = 9223372036854775808: must fit 64 bits with its sign$"
+    ):
+        RIG.replace({"sensors.seed": 2**63})
+
+
+@pytest.mark.parametrize("segment", [-1.0, 1e-3, 0.8, 5.0, 1e300, float("nan")])
+def test_a_segment_that_does_not_fit_is_refused_in_seconds(segment):
+    allowed = r"must be at least 0\.00195312 and at most two thirds of the test, 0\.667 s$"
+    with pytest.raises(ValueError, match=rf"^segment = {re.escape(f'{segment:g}')} s: {allowed}"):
+        RUN.coherence(segment)
+    assert RUN.coherence(0.666).coherence.max() <= 1.0
 
 
 def test_numbers_of_numpy_are_numbers():

@@ -1,6 +1,6 @@
 //! Configuration values between Python objects and TOML trees, and numbers.
 
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
 use toml::{Table, Value};
@@ -37,12 +37,18 @@ pub(crate) fn optional_number(given: &Bound<'_, PyAny>) -> PyResult<Option<f64>>
     if given.is_none() { Ok(None) } else { real_number(given).map(Some) }
 }
 
-/// A whole number, which a truth value is not.
+/// A whole number of at least 0, which a truth value is not.
 pub(crate) fn whole_number<T: for<'a, 'py> FromPyObject<'a, 'py, Error = PyErr>>(
     given: &Bound<'_, PyAny>,
 ) -> PyResult<T> {
     no_truth_value(given, "whole")?;
-    given.extract()
+    given.extract().map_err(|error: PyErr| {
+        if !error.is_instance_of::<PyOverflowError>(given.py()) {
+            return error;
+        }
+        let most = u64::MAX >> (64 - 8 * size_of::<T>());
+        PyValueError::new_err(format!("{given}: must be a whole number between 0 and {most}"))
+    })
 }
 
 /// A whole number, or `None`.
@@ -83,7 +89,7 @@ fn convert(key: &str, given: &Bound<'_, PyAny>, depth: usize) -> PyResult<Option
     } else if given.is_instance_of::<PyInt>() {
         match given.extract::<i64>() {
             Ok(number) => Value::Integer(number),
-            Err(_) => return Err(refuse(key, given.str()?, "must fit 64 bits")),
+            Err(_) => return Err(refuse(key, given.str()?, "must fit 64 bits with its sign")),
         }
     } else if let Ok(number) = given.cast::<PyFloat>() {
         Value::Float(number.value())
