@@ -508,12 +508,13 @@ typedef struct eft_calibrations_f32 { eft_calibration_f32 copies[2]; uint32_t of
     } eft_calibrations_f32;
 
 // Continues a state under a new configuration of the same sample rate, without a jump unless the last valve command is
-// beyond the new limit. Call it after eft_take_channel for each state. An estimate of the velocity from another source
-// starts at rest from the next displacement, so change the source at rest. Only an observer keeps its drift from the
-// one before it, with or without an accelerometer. The calibration stays in use until the new learner publishes, unless
-// the new configuration learns nothing. It keeps 1/(G_p*K_s) of its own configuration, so change these gains at rest or
-// while nothing is learned. A trip stays in the state, but a configuration without a protection follows the command
-// again.
+// beyond the new limit. Another level, mode or flow table is a step of the compensation, which the lead network
+// enlarges up to 1/lead_alpha times, so change these at rest. Call it after eft_take_channel for each state. An
+// estimate of the velocity from another source starts at rest from the next displacement, so change the source at rest.
+// Only an observer keeps its drift from the one before it, with or without an accelerometer. The calibration stays in
+// use until the new learner publishes, unless the new configuration learns nothing. It keeps 1/(G_p*K_s) of its own
+// configuration, so change these gains at rest or while nothing is learned. A trip stays in the state, but a
+// configuration without a protection follows the command again.
 EFT_NODISCARD uint8_t eft_take_over_f32(const eft_channel_f32 *channel, eft_state_f32 *state);
 
 // Offers a configuration to the interrupt. Returns EFT_BUSY until the last one is taken.

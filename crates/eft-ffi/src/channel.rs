@@ -239,12 +239,13 @@ functions! {
     }
 
     /// Continues a state under a new configuration of the same sample rate, without a jump unless the last valve
-    /// command is beyond the new limit. Call it after eft_take_channel for each state. An estimate of the velocity
-    /// from another source starts at rest from the next displacement, so change the source at rest. Only an observer
-    /// keeps its drift from the one before it, with or without an accelerometer. The calibration stays in use until
-    /// the new learner publishes, unless the new configuration learns nothing. It keeps 1/(G_p*K_s) of its own
-    /// configuration, so change these gains at rest or while nothing is learned. A trip stays in the state, but a
-    /// configuration without a protection follows the command again.
+    /// command is beyond the new limit. Another level, mode or flow table is a step of the compensation, which the lead
+    /// network enlarges up to 1/lead_alpha times, so change these at rest. Call it after eft_take_channel for each
+    /// state. An estimate of the velocity from another source starts at rest from the next displacement, so change the
+    /// source at rest. Only an observer keeps its drift from the one before it, with or without an accelerometer. The
+    /// calibration stays in use until the new learner publishes, unless the new configuration learns nothing. It keeps
+    /// 1/(G_p*K_s) of its own configuration, so change these gains at rest or while nothing is learned. A trip stays in
+    /// the state, but a configuration without a protection follows the command again.
     fn eft_take_over_f32 eft_take_over_f64(channel: *const eft_channel<T>, state: *mut eft_state<T>) {
         made(channel)?.take_over(&mut *made(state)?.state.get());
         Ok(())

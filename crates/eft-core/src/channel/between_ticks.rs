@@ -127,13 +127,14 @@ impl<T: Real, const N: usize> Channel<T, N> {
     }
 
     /// Continues a state under another configuration of the same sample rate, without a bump unless the last valve
-    /// command is beyond the new limit. An estimate of the velocity from another source starts at rest from the next
-    /// displacement, so change the source at rest. Only an observer keeps its drift from the one before it, with or
-    /// without an accelerometer. If this configuration learns nothing, its calibration is used at once. Otherwise the
-    /// one in use stays until the new learner publishes. The lead network of a learned calibration contains
-    /// `1/(G_p·K_s)` of its own configuration. If this product changes, the compensation is too large or too small by
-    /// the ratio until then. Change these gains at rest, or while nothing is learned. A trip stays in the state, but
-    /// a configuration without a protection follows the command again.
+    /// command is beyond the new limit. Another level, mode or flow table is a step of the compensation, which the lead
+    /// network enlarges up to `1/α` times, so change these at rest. An estimate of the velocity from another source
+    /// starts at rest from the next displacement, so change the source at rest. Only an observer keeps its drift from
+    /// the one before it, with or without an accelerometer. If this configuration learns nothing, its calibration is
+    /// used at once. Otherwise the one in use stays until the new learner publishes. The lead network of a learned
+    /// calibration contains `1/(G_p·K_s)` of its own configuration. If this product changes, the compensation is too
+    /// large or too small by the ratio until then. Change these gains at rest, or while nothing is learned. A trip
+    /// stays in the state, but a configuration without a protection follows the command again.
     pub fn take_over(&self, state: &mut ChannelState<T>) {
         self.controller.take_over(&mut state.controller);
         if !self.velocity.take_over(&mut state.velocity) {

@@ -282,6 +282,24 @@ fn designed_gains_take_over_from_the_papers_without_a_bump() {
 }
 
 #[test]
+fn another_level_steps_the_compensation_as_the_lead_network_lets_it() {
+    let of = |level| Parameters { level, learning: Learning::OFF, feedforward: false, ..rig::LEARNING };
+    let [full, half] = [1.0, 0.5].map(|level| Channel::<f64, 21>::new(&of(level)).unwrap());
+    let steady = Input { command: 500.0, velocity: 0.02, force: 500.0, spool: 0.01, ..Input::default() };
+    let mut state = full.at_rest();
+    full.prime(&mut state, &steady);
+    let before = rig::tick(&full, &mut state, &steady).voltage;
+    half.take_over(&mut state);
+    let first = rig::tick(&half, &mut state, &steady).voltage;
+    let settled = (0..400).fold(first, |_, _| rig::tick(&half, &mut state, &steady).voltage);
+    let Parameters { response_delay, lead_alpha, sample_rate, .. } = rig::PARAMETERS;
+    let (lead, half_period) = (response_delay / (1.0 - lead_alpha), 0.5 / sample_rate);
+    let step = (lead + half_period) / (lead_alpha * lead + half_period);
+    assert!((settled - 0.5 * before).abs() < 1e-9 && before > 0.05, "{before} V, {settled} V");
+    assert!((first - before - step * (settled - before)).abs() < 1e-9, "{before} V, {first} V, {step}");
+}
+
+#[test]
 fn a_held_output_repeats_the_voltage_of_a_shutdown() {
     for realization in [Realization::Digital, Realization::Analog] {
         let protection = Some(ProtectionParameters::DEFAULT);
