@@ -216,4 +216,4 @@ const STILL_PROBABILITY_FACTOR: f64 = 1.6;
 /// Number of readings without an accepted one between them whose jumps are no single outliers.
 const OUTLIER_LIMIT: u32 = 3;
 /// Upper limit of the counts.
-const LARGEST_COUNT: u32 = 1 << 20;
+pub(crate) const LARGEST_COUNT: u32 = 1 << 20;

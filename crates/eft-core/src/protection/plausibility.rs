@@ -187,7 +187,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         // The flows need no displacement.
         let has_motion = velocity.is_finite() & (input.displacement.is_finite() | displacement);
         let (Some(flow), true, false) = (flow, has_motion, sensor_distrusted) else {
-            state.motion.is_continuous = false;
+            state.motion.miss();
             self.learn_null_without_force(state, input, control);
             return Cause::None;
         };
@@ -236,7 +236,7 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         if input.displacement.is_finite() {
             self.compare_motion(state, speed, input.displacement, [residual, slope]);
         } else {
-            state.motion.is_continuous = false;
+            state.motion.miss();
         }
         self.compare_spool(state, input.spool, control);
         self.average_offset(state, [residual, slope], input.spool, control);

@@ -2,6 +2,7 @@
 
 use crate::integrity::integrity;
 use crate::number::Real;
+use crate::protection::gate::LARGEST_COUNT;
 use crate::protection::plausibility::sums::{Cusum, CusumStart, Evidence};
 
 /// The coefficients and limits of the flow balance.
@@ -99,14 +100,24 @@ pub(crate) struct MotionSums<T> {
     pub(super) mean_square_speed: T,
     /// Evidence about the motion since the sum of the travel began.
     pub(super) evidence: Evidence<T>,
-    /// Whether this sample follows the last displacement.
-    pub(super) is_continuous: bool,
+    /// Ticks since the last displacement; 0 before the first.
+    pub(super) ticks: u32,
 }
 integrity!(
     MotionSums<T>: last_velocity, last_displacement, velocity, displacement, ratio_velocity, ratio_difference,
     ratio_residual, speed_envelope, travel, ratio, travel_start, ratio_start, misfit, mean_square_speed, evidence,
-    is_continuous
+    ticks
 );
+
+impl<T> MotionSums<T> {
+    /// Counts a tick that is not compared.
+    #[inline(always)]
+    pub(super) fn miss(&mut self) {
+        if self.ticks > 0 && self.ticks < LARGEST_COUNT {
+            self.ticks += 1;
+        }
+    }
+}
 
 /// The limits of the spool and its command.
 #[derive(Debug, Clone, Copy, PartialEq)]

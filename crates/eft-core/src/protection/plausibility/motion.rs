@@ -9,6 +9,8 @@ use crate::protection::plausibility::{Plausibility, PlausibilityState};
 const MOTION_ERROR: f64 = 0.05;
 /// Share by which the gains of two sound sensors differ: 2 % each.
 const GAIN_ERROR: f64 = 0.04;
+/// Time (s) of lost samples in which the mean velocity shows the motion.
+const SHORT_GAP: f64 = 2.5e-3;
 /// Share of the motion's limit below which its sum may be noise.
 const NOISE_SHARE: f64 = 0.15;
 
@@ -24,12 +26,17 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
     ) {
         let (limits, sums) = (&self.motion, &mut state.motion);
         let filtered = low_pass(&mut sums.velocity, self.low_gain, speed);
-        if !sums.is_continuous {
-            // For the motion before the first sample, or during lost samples, there is no velocity.
-            let travelled = displacement - sums.last_displacement - self.period * speed;
-            sums.displacement = sums.displacement + travelled;
+        if sums.ticks != 1 {
+            let gap = self.period * T::from_u32(sums.ticks);
+            // In a short gap the mean velocity. The differences of the displacement would add up its noise.
+            let travelled = if gap > T::splat(0.0) && gap <= T::splat(SHORT_GAP) {
+                gap * speed
+            } else {
+                displacement - sums.last_displacement
+            };
+            sums.displacement = sums.displacement + (travelled - self.period * speed);
         }
-        (sums.last_displacement, sums.is_continuous) = (displacement, true);
+        (sums.last_displacement, sums.ticks) = (displacement, 1);
         let before = sums.displacement;
         let travelled = self.rate * (low_pass(&mut sums.displacement, self.low_gain, displacement) - before);
         let largest = envelope(&mut sums.speed_envelope, self.decay, larger(filtered.abs(), travelled.abs()));

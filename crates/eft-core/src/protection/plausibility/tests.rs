@@ -10,9 +10,12 @@ mod opening_offset;
 mod wrong_sign;
 mod wrong_spool;
 
+use core::cell::Cell;
+
 use super::*;
 use crate::parameters::Parameters;
 use crate::parameters::{Levels, PlausibilityParameters, ProtectionParameters};
+use crate::protection::gate::{DISPLACEMENT, FORCE, SPOOL, VELOCITY};
 use crate::protection::plausibility::comparisons::FlowBalance;
 use crate::protection::plausibility::sums::Cusum;
 use crate::table::FlowTable;
@@ -166,6 +169,18 @@ fn late_swing(frequency: f64, speed: f64, latency: f64, excess: f64) -> Option<(
     })
 }
 
+/// Random numbers with the variance of one.
+fn deviations() -> impl Fn() -> f64 {
+    let random = Cell::new(20051_u64);
+    // Twelve uniform numbers have this variance.
+    move || {
+        (0..12).fold(-6.0, |sum, _| {
+            random.set(random.get().wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1));
+            sum + (random.get() >> 11) as f64 / (1_u64 << 53) as f64
+        })
+    }
+}
+
 /// Largest ratio's sum over its limit in 100 s of a motion of 2 mm/s at 9 Hz, with gains that differ by 3.6 % and with
 /// noise of twice the usual size. The residual without noise may be larger by this drift (m/s).
 fn walk(drift: impl Fn(f64) -> f64) -> f64 {
@@ -177,14 +192,7 @@ fn walk(drift: impl Fn(f64) -> f64) -> f64 {
     };
     let mut watch = watch_of(0.1, &noise);
     watch.motion.ratio_drift = drift(watch.motion.ratio_drift);
-    let mut random = 20051_u64;
-    // Twelve uniform numbers have the variance of one.
-    let mut deviation = || {
-        (0..12).fold(-6.0, |sum, _| {
-            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            sum + (random >> 11) as f64 / (1_u64 << 53) as f64
-        })
-    };
+    let deviation = deviations();
     let (rate, mut state, mut largest) = (core::f64::consts::TAU * 9.0, PlausibilityState::default(), 0.0);
     let control = CONTROL;
     for time in (0..409_600).map(|n| f64::from(n) * STEP) {
@@ -250,6 +258,25 @@ fn neither_a_start_off_the_middle_nor_samples_that_are_lost_look_like_motion() {
         [force, displacement, v, spool]
     });
     assert_eq!(watched, None);
+}
+
+#[test]
+fn single_lost_samples_add_no_noise_to_the_travel() {
+    let noise = PlausibilityParameters::DEFAULT;
+    for lost in [FORCE, DISPLACEMENT, VELOCITY, SPOOL] {
+        let (deviation, count) = (deviations(), Cell::new(0));
+        let watched = named(20.0, |time| {
+            let mut readings = swing(time);
+            readings[DISPLACEMENT] += noise.displacement_noise * deviation();
+            readings[VELOCITY] += noise.velocity_noise * deviation();
+            count.set((count.get() + 1) % 50);
+            if count.get() == 0 {
+                readings[lost] = f64::NAN;
+            }
+            readings
+        });
+        assert_eq!(watched, None, "{lost}");
+    }
 }
 
 // SR-06

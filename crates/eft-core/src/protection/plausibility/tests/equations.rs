@@ -92,7 +92,7 @@ pub(super) fn before() -> PlausibilityState<f64> {
             ratio_start: CusumStart { above: 0.5, below: 0.6 },
             misfit: 0.002,
             mean_square_speed: 0.5,
-            is_continuous: true,
+            ticks: 1,
             ..MotionSums::default()
         },
         stroke: SpoolSums {

@@ -99,35 +99,30 @@ fn far_from_its_command_is_further_than_ten_deviations_and_a_part_of_the_trip_le
 
 #[test]
 fn only_after_a_sample_without_a_lost_or_distrusted_reading_the_motion_continues() {
-    for (force, distrusted, is_continuous) in
-        [(0.0, false, true), (f64::NAN, false, false), (0.0, true, false)]
-    {
-        for before in [true, false] {
+    for (force, distrusted, continues) in [(0.0, false, true), (f64::NAN, false, false), (0.0, true, false)] {
+        for (before, missed) in [(0, 0), (1, 2), (2, 3), (1 << 20, 1 << 20)] {
             let mut state = PlausibilityState::default();
-            state.motion.is_continuous = before;
+            state.motion.ticks = before;
             state.distrusted[VELOCITY] = distrusted;
             assert_eq!(judged(&mut state, 0.0, force), Cause::None);
-            assert_eq!(state.motion.is_continuous, is_continuous, "{force} {distrusted}");
+            assert_eq!(state.motion.ticks, if continues { 1 } else { missed }, "{force} {distrusted}");
         }
     }
 }
 
 #[test]
 fn the_flows_are_compared_without_a_displacement_that_is_known_to_have_failed() {
-    for (displacement, failed, compared, is_continuous) in [
-        (0.0, false, true, true),
-        (f64::NAN, false, false, false),
-        (0.0, true, true, true),
-        (f64::NAN, true, true, false),
-    ] {
+    for (displacement, failed, compared, ticks) in
+        [(0.0, false, true, 1), (f64::NAN, false, false, 2), (0.0, true, true, 1), (f64::NAN, true, true, 2)]
+    {
         let mut state = PlausibilityState::default();
-        (state.motion.is_continuous, state.distrusted[DISPLACEMENT]) = (true, failed);
+        (state.motion.ticks, state.distrusted[DISPLACEMENT]) = (1, failed);
         let (velocity, control) = (0.1, Control { valve_command: 0.0, ..CONTROL });
         watch().judge(&mut state, &Input { displacement, velocity, ..REST }, velocity, &control);
         let balance = &state.balance;
         assert_eq!(
-            (balance.load_flow > 0.0, state.motion.is_continuous),
-            (compared, is_continuous),
+            (balance.load_flow > 0.0, state.motion.ticks),
+            (compared, ticks),
             "{displacement} {failed}"
         );
     }

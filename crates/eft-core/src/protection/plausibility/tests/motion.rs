@@ -87,15 +87,21 @@ fn the_residual_with_either_motion_tells_which_one_is_wrong() {
 
 #[test]
 fn after_lost_samples_the_displacement_continues_with_the_velocity() {
-    let mut state = before();
-    state.motion.is_continuous = false;
-    let travelled = DISPLACEMENT - 0.0098 - PERIOD * 0.5 * (VELOCITY + 0.26);
-    let filtered = 0.009 + travelled;
-    let [moved, _] = motions();
-    let envelope = f64::max(f64::max(moved, 4096.0 * 0.5 * (DISPLACEMENT - filtered)), 0.9 * 0.25);
-    let found = summed(&round(), state);
-    let residual = moved - 4096.0 * 0.5 * (DISPLACEMENT - filtered);
-    added("motion", &found.motion.travel, residual, 0.05 * envelope + 0.017);
-    assert!(found.motion.is_continuous);
-    near("last displacement", found.motion.last_displacement, DISPLACEMENT);
+    let step = PERIOD * 0.5 * (VELOCITY + 0.26);
+    let moved_by_displacement = DISPLACEMENT - 0.0098;
+    // Before the first displacement, and after a long gap, the velocity of the motion is not known.
+    for (ticks, travelled) in
+        [(0, moved_by_displacement), (2, 2.0 * step), (10, 10.0 * step), (11, moved_by_displacement)]
+    {
+        let mut state = before();
+        state.motion.ticks = ticks;
+        let filtered = 0.009 + travelled - step;
+        let [moved, _] = motions();
+        let measured = 4096.0 * 0.5 * (DISPLACEMENT - filtered);
+        let envelope = f64::max(f64::max(moved, measured.abs()), 0.9 * 0.25);
+        let found = summed(&round(), state);
+        added("motion", &found.motion.travel, moved - measured, 0.05 * envelope + 0.017);
+        assert_eq!(found.motion.ticks, 1);
+        near("last displacement", found.motion.last_displacement, DISPLACEMENT);
+    }
 }
