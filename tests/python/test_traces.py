@@ -275,3 +275,11 @@ def test_signals_are_shown_in_one_line_without_their_samples():
     assert shown.startswith("<eft.traces.Traces of mine: 1024 samples at 1024 Hz, command, force, ")
     assert len(shown) < 600 and "array" not in shown
     assert "array" not in repr(eft.replay(run.rig, run)) and "array" not in repr(eft.compare(run, run))
+
+
+def test_signals_are_found_by_name():
+    run = eft.simulate(eft.Rig.zhao2005(), eft.sine_sweep(1000.0, 0.5, 5.0, 0.5, 1024.0))
+    traces = eft.traces.Traces.from_run(run)
+    assert "force" in traces
+    assert "forc" not in traces and 0 not in traces
+    assert list(traces) == list(traces.columns)

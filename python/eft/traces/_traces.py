@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -65,6 +65,12 @@ class Traces(ReadOnly):
         if quantity not in self.columns:
             raise ValueError(f"{self.name}: no signal {quantity}; the signals are {', '.join(self.columns)}")
         return self.columns[quantity]
+
+    def __contains__(self, quantity: object) -> bool:
+        return quantity in self.columns
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
 
     @property
     def time(self) -> Array:
