@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Follows the pages "Link the core into your firmware" exactly, each in its own folder.
 
-A code block whose first line is a comment with a path is written to that path. A block of the shell is run. A
-missing program is an error, or with ALLOW_SKIPS=1 a remark.
+A code block whose first line is a comment with a path is written to that path. A block of the shell is run,
+and a warning is an error. A missing program is an error, or with ALLOW_SKIPS=1 a remark.
 """
 
 import os
@@ -32,10 +32,9 @@ def follow(page: Path, environment: dict[str, str]) -> int:
                 done = subprocess.run(
                     script, cwd=folder, env=environment, text=True, capture_output=True, timeout=600
                 )
-                if done.returncode:
-                    sys.exit(
-                        f"{page.name}: this ended with {done.returncode}:\n{body}\n{done.stdout}{done.stderr}"
-                    )
+                said = f"{done.stdout}{done.stderr}"
+                if done.returncode or "warning:" in said:
+                    sys.exit(f"{page.name}: this ended with {done.returncode}:\n{body}\n{said}")
             elif named := NAME.match(body.splitlines()[0]):
                 path = folder / named["path"]
                 path.parent.mkdir(parents=True, exist_ok=True)
