@@ -16,7 +16,8 @@ def atomic_write(path: Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        If `path` exists and is not an ordinary file, for example a device, which would be replaced.
+        If `path` exists and is not an ordinary file, for example a device, which would be replaced. If the
+        file cannot be written, for example on a full disk.
     """
     check_replaceable(path)
     try:
@@ -27,7 +28,13 @@ def atomic_write(path: Path) -> Iterator[Path]:
     os.close(handle)
     temporary = Path(name)
     try:
-        yield temporary
+        try:
+            yield temporary
+        except OSError as error:
+            # Of a full disk the error has no name.
+            if error.filename is not None or error.errno is None:
+                raise
+            raise type(error)(error.errno, error.strerror, str(path)) from error
         # mkstemp allows access for the owner only; a report has the access rights of ordinary files.
         umask = os.umask(0)
         os.umask(umask)

@@ -1,6 +1,8 @@
 """The command line with wrong input: one line, exit code 2, no file, no traceback."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +96,28 @@ def test_a_byte_order_mark_and_windows_line_ends_do_no_harm(tmp_path, monkeypatc
     text = paper().replace("\n", "\r\n")
     Path("test.toml").write_bytes(text.encode("utf-8-sig"))
     assert main(["run", "test.toml"]) == 0, capfd.readouterr().err
+
+
+# Files of this process may have 20 kB, so that writing fails midway as on a full disk.
+CRAMPED = """
+import resource, sys
+
+from eft.cli import main
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+sys.exit(main(["run", "--sweep", "1000", "0.5", "5", "2", "-o", sys.argv[1]]))
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits the size of files")
+@pytest.mark.parametrize("suffix", [".eft", ".csv", ".h5", ".parquet", ".mat", ".tdms"])
+def test_a_file_that_cannot_be_finished_is_named_in_one_line(suffix, tmp_path):
+    call = [sys.executable, "-c", CRAMPED, f"run{suffix}"]
+    process = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True)
+    assert process.returncode == 2
+    (line,) = process.stderr.splitlines()
+    assert line.startswith(f"eft run: run{suffix}: ") and "File too large" in line
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_full_disk_leaves_the_old_file(tmp_path, monkeypatch, capfd):

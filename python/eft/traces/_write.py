@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
@@ -120,13 +121,16 @@ def _hdf5(run: TestRun, path: Path) -> None:
     need("h5py")
     import h5py
 
-    with h5py.File(path, "w") as file:
+    # In memory, because a file that cannot be written makes the library of HDF5 end the process.
+    content = io.BytesIO()
+    with h5py.File(content, "w") as file:
         for name, values in _columns(run).items():
             file.create_dataset(name, data=values, compression="gzip").attrs["units"] = si_unit(name)
         file.create_dataset("status", data=run.status, compression="gzip")
         file.attrs.update(
             rig=run.rig.to_toml(), version=run.version, dtype=run.dtype, sample_rate=run.sample_rate
         )
+    path.write_bytes(content.getbuffer())
 
 
 def _mat(run: TestRun, path: Path) -> None:
