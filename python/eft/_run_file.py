@@ -28,6 +28,7 @@ wrote the file. A trace of ``units`` without an array is damage.
 from __future__ import annotations
 
 import json
+import math
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -236,8 +237,14 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
     for name in ("date", "record", "stopped"):
         if not isinstance(about.setdefault(name, ""), str):
             raise ValueError(f"{name} is {about[name]!r}")
+    if scale is not None:
+        scale = float(scale)
+        if not math.isfinite(scale):
+            raise ValueError(f"scale is {scale}")
     if mass is not None:
         mass = np.asarray(mass, dtype=np.float64)
+        if not np.all((mass > 0.0) & np.isfinite(mass)):
+            raise ValueError(f"mass is {about['mass']!r}")
         if mass.shape not in ((), shape[:-1]):
             raise ValueError(f"mass is of shape {mass.shape}")
     # Older files do not say which traces the rig has not.
@@ -249,7 +256,7 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
     return {
         "date": about["date"],
         "record": about["record"],
-        "scale": None if scale is None else float(scale),
+        "scale": scale,
         "mass": float(mass) if mass is not None and not mass.shape else mass,
         "_energy": None
         if energy is None

@@ -1,6 +1,7 @@
 """Saved runs of unknown origin or with damage: an error of one sentence, and bounded memory."""
 
 import io
+import json
 import os
 import random
 import zipfile
@@ -54,6 +55,18 @@ def test_what_is_not_asked_for_is_not_read(saved, tmp_path, peak_memory):
         np.savez(target, **contents(saved), more=np.zeros(20_000_000))
     with peak_memory(16):
         assert len(eft.TestRun.load(file)) == 128
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("scale", "1e999"), ("scale", float("nan")), ("mass", -5.0), ("mass", 0.0), ("mass", float("inf"))],
+)
+def test_a_ground_motion_of_impossible_scale_or_mass_is_refused(saved, name, value, tmp_path, capsys):
+    arrays, file = contents(saved), tmp_path / "run.eft"
+    arrays["about"] = json.dumps(json.loads(str(arrays["about"])) | {name: value})
+    with file.open("wb") as target:
+        np.savez(target, **arrays)
+    assert f"{name} is " in refused(file, capsys)
 
 
 def member(header):
