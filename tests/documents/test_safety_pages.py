@@ -316,3 +316,25 @@ def test_the_kept_faults_at_other_rates_are_what_the_code_gives(script, monkeypa
     further = {"protection.lost_samples": rates.LOST[rate]}
     (now,) = sizes.sizes(int(kept["moments"]), (case,), rate, further)
     same(kept, {"rate": rate} | now)
+
+
+def test_the_kept_faults_of_a_swing_are_what_the_code_gives_and_the_pages_state_them(script, monkeypatch):
+    study, tables = script("safety_swing"), script("safety_tables")
+    kept = tables.read(study.RESULTS)
+    worst = max(kept, key=lambda row: float(row["force"]))
+    monkeypatch.setattr(study, "GAINS", (float(worst["gain"]),))
+    monkeypatch.setattr(study, "FAULTS", ((worst["signal"], worst["kind"]),))
+    monkeypatch.setattr(study.coverage, "RIGS", {worst["size"]: study.coverage.RIGS[worst["size"]]})
+    (now,) = study.faults(int(worst["moments"]))
+    same(worst, now)
+    right = max(float(row["force"]) for row in kept if (row["signal"], row["gain"]) == ("velocity", "1"))
+    displaced = [row for row in kept if row["signal"] == "displacement"]
+    assert tables.beyond(displaced) == 0
+    text, safety = (
+        " ".join(page.read_text(encoding="utf-8").split())
+        for page in (DOCS / "safety.md", DOCS.parent / "explanation/safety.md")
+    )
+    assert f"the force reaches up to {right:.2f} times its level after a velocity" in text
+    assert f"The force reached up to [{right:.2f} times]" in safety
+    assert f"{float(worst['gain']):.2f} times the table's flow" in safety
+    assert f"[{float(worst['force']):.2f} times]" in safety
