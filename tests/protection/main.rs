@@ -13,6 +13,7 @@ use toml::Value;
 #[path = "../results/mod.rs"]
 mod results;
 
+mod dropout;
 mod estimated;
 mod matrix;
 mod oscillation;

@@ -280,9 +280,9 @@ typedef struct eft_error {
 /* ---------- The tick ---------- */
 
 // A channel's configuration. One drives any number of actuators.
-typedef struct eft_channel_f32 { uint64_t marker; float value[335]; } eft_channel_f32;
+typedef struct eft_channel_f32 { uint64_t marker; float value[337]; } eft_channel_f32;
 // The state of a channel. Each actuator has one.
-typedef struct eft_state_f32 { uint64_t marker; float value[429]; } eft_state_f32;
+typedef struct eft_state_f32 { uint64_t marker; float value[431]; } eft_state_f32;
 // The learner's result for the tick.
 typedef struct eft_calibration_f32 { uint64_t marker; float value[54]; } eft_calibration_f32;
 
@@ -539,8 +539,8 @@ EFT_NODISCARD const eft_calibration_f32 *eft_take_calibration_f32(eft_calibratio
 
 /* ---------- Double precision: as above ---------- */
 
-typedef struct eft_channel_f64 { uint64_t marker; double value[335]; } eft_channel_f64;
-typedef struct eft_state_f64 { uint64_t marker; double value[429]; } eft_state_f64;
+typedef struct eft_channel_f64 { uint64_t marker; double value[337]; } eft_channel_f64;
+typedef struct eft_state_f64 { uint64_t marker; double value[431]; } eft_state_f64;
 typedef struct eft_calibration_f64 { uint64_t marker; double value[54]; } eft_calibration_f64;
 typedef struct eft_input_f64 { double command; double velocity; double force; double spool; double displacement;
     double acceleration; double supply_pressure; double next_command; double valve_command; double alive; double period;
@@ -611,8 +611,8 @@ EFT_STATIC_ASSERT(sizeof(eft_protection) == 192);
 EFT_STATIC_ASSERT(sizeof(eft_parameters) == 904);
 EFT_STATIC_ASSERT(sizeof(eft_error) == 80);
 EFT_STATIC_ASSERT(sizeof(eft_saved_calibration) == 536);
-EFT_SIZES(eft_channel, 1352, 2688);
-EFT_SIZES(eft_state, 1728, 3440);
+EFT_SIZES(eft_channel, 1360, 2704);
+EFT_SIZES(eft_state, 1736, 3456);
 EFT_SIZES(eft_input, 48, 96);
 EFT_SIZES(eft_output, 96, 168);
 EFT_SIZES(eft_window, 64, 120);

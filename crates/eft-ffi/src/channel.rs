@@ -35,9 +35,9 @@ impl<S> Running<S> {
 
 opaque! {
     /// A channel's configuration. One drives any number of actuators.
-    eft_channel[335], 0x5c, Channel<T, EFT_TABLE_CAPACITY>;
+    eft_channel[337], 0x5c, Channel<T, EFT_TABLE_CAPACITY>;
     /// The state of a channel. Each actuator has one.
-    eft_state[429], 0xa5, Running<ChannelState<T>>;
+    eft_state[431], 0xa5, Running<ChannelState<T>>;
     /// The sums of a closed window, for the learner.
     eft_window[14], 0x3a, Window<T>;
     /// The learner's result for the tick.

@@ -50,6 +50,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) lost_samples: u32,
     /// Number of repetitions (1) of a stuck sensor.
     pub(super) repeats: u32,
+    /// Ticks between two displacements in which the velocity goes on.
+    pub(super) short_gap: u32,
     /// Whether a sensor measures the velocity.
     pub(super) senses_velocity: bool,
     /// Whether the velocity follows fast motions without the displacement.
@@ -89,8 +91,8 @@ pub(crate) struct Plausibility<T: Real, const N: usize> {
     pub(super) load_pressure: Option<LoadPressureWatch<T>>,
 }
 integrity!(
-    Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, senses_velocity, fast_velocity, period, rate,
-    area, leakage, oil, valve_gain, null_bias, low_gain, ratio_gain, spool_gain, decay, per_reversal, balance, motion,
+    Plausibility<T, N>: model, gate, derivative, lost_samples, repeats, short_gap, senses_velocity, fast_velocity, period,
+    rate, area, leakage, oil, valve_gain, null_bias, low_gain, ratio_gain, spool_gain, decay, per_reversal, balance, motion,
     stroke, reversal, zero_force, following, force_jump, force_error_limit, changes, load_pressure
 );
 

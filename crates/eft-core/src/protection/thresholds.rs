@@ -102,6 +102,12 @@ const fn reversal_path(s: &Scales<'_>) -> f64 {
         + OPPOSED * core::f64::consts::TAU * FASTEST_MOTION * s.trip.velocity * LATENCY * LATENCY
 }
 
+/// Ticks between two displacements in which the velocity goes on: those of 2.5 ms, and at least 3.
+const fn short_gap(s: &Scales<'_>) -> u32 {
+    let ticks = (2.5e-3 * s.rig.sample_rate) as u32;
+    if ticks > 3 { ticks } else { 3 }
+}
+
 /// Repetitions (1) of a stuck sensor: those of 3 ms, and at least 8.
 const fn repeats(s: &Scales<'_>) -> f64 {
     let repeats = 3.0e-3 * s.rig.sample_rate;
@@ -283,6 +289,7 @@ macro_rules! constructor {
                     derivative: check!(FilteredDerivative::<$t>::new(RESIDUAL_CORNER, p.sample_rate)),
                     lost_samples: protection.lost_samples,
                     repeats: repeats(&s) as u32,
+                    short_gap: short_gap(&s),
                     senses_velocity,
                     fast_velocity: matches!(
                         p.velocity_source,

@@ -44,6 +44,13 @@ impl<T: Real> FilteredDerivative<T> {
         state.second
     }
 
+    /// A sample that was lost: the velocity (m/s) if the motion of the last period (s) goes on.
+    #[inline(always)]
+    pub(crate) fn go_on(&self, state: &mut FilteredDerivativeState<T>, period: T) -> T {
+        let displacement = state.displacement + period * state.first;
+        self.step(state, displacement)
+    }
+
     /// Goes over `gap` lost samples before this displacement (m), so that its step has the mean slope of the gap.
     pub(crate) fn bridge(&self, state: &mut FilteredDerivativeState<T>, displacement: T, gap: T) {
         let change = displacement - state.displacement;

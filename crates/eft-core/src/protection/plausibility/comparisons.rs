@@ -2,8 +2,7 @@
 
 use crate::integrity::integrity;
 use crate::number::Real;
-use crate::protection::gate::LARGEST_COUNT;
-use crate::protection::plausibility::sums::{Cusum, CusumStart, Evidence};
+use crate::protection::plausibility::sums::{Cusum, CusumStart, Evidence, count_since};
 
 /// The coefficients and limits of the flow balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,9 +112,7 @@ impl<T> MotionSums<T> {
     /// Counts a tick that is not compared.
     #[inline(always)]
     pub(super) fn miss(&mut self) {
-        if self.ticks > 0 && self.ticks < LARGEST_COUNT {
-            self.ticks += 1;
-        }
+        count_since(&mut self.ticks);
     }
 }
 

@@ -3,21 +3,31 @@
 use crate::learning::ModelFlow;
 use crate::number::Real;
 use crate::protection::plausibility::comparisons::Following;
-use crate::protection::plausibility::sums::low_pass;
+use crate::protection::plausibility::sums::{count_since, low_pass};
 use crate::protection::plausibility::{Control, Plausibility, PlausibilityState};
 
 impl<T: Real, const N: usize> Plausibility<T, N> {
     /// Adds a tick's displacement (m) and velocity (m/s) to the derivative, and to the low-passes that delay as it
-    /// does.
+    /// does. In a short gap the derivative goes on, because its noise cancels only from tick to tick.
     #[inline(always)]
     pub(super) fn filter(&self, state: &mut PlausibilityState<T>, displacement: T, velocity: T) {
         if displacement.is_finite() {
-            if !state.has_displacement {
+            match state.displacement_ticks {
                 // The displacement before the first sample is unknown.
-                state.derivative = self.derivative.at_rest(displacement);
-                state.has_displacement = true;
+                0 => state.derivative = self.derivative.at_rest(displacement),
+                ticks if ticks > self.short_gap => {
+                    let further = T::from_u32(ticks - self.short_gap);
+                    self.derivative.bridge(&mut state.derivative, displacement, further);
+                }
+                _ => {}
             }
+            state.displacement_ticks = 1;
             state.velocity = self.derivative.step(&mut state.derivative, displacement);
+        } else {
+            if state.displacement_ticks > 0 && state.displacement_ticks < self.short_gap {
+                state.velocity = self.derivative.go_on(&mut state.derivative, self.period);
+            }
+            count_since(&mut state.displacement_ticks);
         }
         if velocity.is_finite() {
             let [first, second] = &mut state.filtered_velocity;

@@ -9,8 +9,6 @@ use crate::protection::plausibility::{Plausibility, PlausibilityState};
 const MOTION_ERROR: f64 = 0.05;
 /// Share by which the gains of two sound sensors differ: 2 % each.
 const GAIN_ERROR: f64 = 0.04;
-/// Time (s) of lost samples in which the mean velocity shows the motion.
-const SHORT_GAP: f64 = 2.5e-3;
 /// Share of the motion's limit below which its sum may be noise.
 const NOISE_SHARE: f64 = 0.15;
 
@@ -27,10 +25,9 @@ impl<T: Real, const N: usize> Plausibility<T, N> {
         let (limits, sums) = (&self.motion, &mut state.motion);
         let filtered = low_pass(&mut sums.velocity, self.low_gain, speed);
         if sums.ticks != 1 {
-            let gap = self.period * T::from_u32(sums.ticks);
             // In a short gap the mean velocity. The differences of the displacement would add up its noise.
-            let travelled = if gap > T::splat(0.0) && gap <= T::splat(SHORT_GAP) {
-                gap * speed
+            let travelled = if sums.ticks > 0 && sums.ticks <= self.short_gap {
+                self.period * T::from_u32(sums.ticks) * speed
             } else {
                 displacement - sums.last_displacement
             };

@@ -23,8 +23,8 @@ pub(crate) struct PlausibilityState<T> {
     pub(crate) distrusted: [bool; 4],
     /// Set when the force is blamed for a flow balance that contains the velocity as well, or for a jump.
     pub(crate) balance_blame: bool,
-    /// Whether there has been a displacement.
-    pub(super) has_displacement: bool,
+    /// Ticks since the last displacement; 0 before the first.
+    pub(super) displacement_ticks: u32,
     /// Command (N) and displacement (m) when force and velocity last changed.
     pub(super) last_changes: [T; 2],
     /// The velocity (m/s) from the displacement.
@@ -44,7 +44,7 @@ pub(crate) struct PlausibilityState<T> {
     pub(super) opening_offset: OpeningOffset<T>,
 }
 integrity!(
-    PlausibilityState<T>: signals, distrusted, balance_blame, has_displacement, last_changes, derivative, velocity,
+    PlausibilityState<T>: signals, distrusted, balance_blame, displacement_ticks, last_changes, derivative, velocity,
     filtered_velocity, balance, motion, stroke, followed, flow_velocity, reversal, zero_force, load_pressure, opening_offset
 );
 

@@ -2,6 +2,15 @@
 
 use crate::integrity::integrity;
 use crate::number::Real;
+use crate::protection::gate::LARGEST_COUNT;
+
+/// Counts a tick without a reading since the last one; 0 is before the first.
+#[inline(always)]
+pub(super) fn count_since(ticks: &mut u32) {
+    if *ticks > 0 && *ticks < LARGEST_COUNT {
+        *ticks += 1;
+    }
+}
 
 /// A two-sided cumulative sum.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -279,6 +279,18 @@ fn single_lost_samples_add_no_noise_to_the_travel() {
     }
 }
 
+#[test]
+fn the_derivative_of_a_displacement_with_lost_samples_keeps_its_slope() {
+    let (watch, mut state) = (watch(), PlausibilityState::default());
+    for tick in 0..2000 {
+        // Two of ten samples in a row, and one alone.
+        let lost = matches!(tick % 10, 3 | 4 | 8);
+        let displacement = if lost { f64::NAN } else { 0.3 * STEP * f64::from(tick) };
+        watch.filter(&mut state, displacement, 0.3);
+    }
+    assert!((state.velocity - 0.3).abs() < 1e-9, "{}", state.velocity);
+}
+
 // SR-06
 #[test]
 fn the_brake_is_a_force_in_the_direction_of_the_velocity_up_to_a_limit() {
