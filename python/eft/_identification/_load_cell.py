@@ -38,10 +38,10 @@ def identify_load_cell(
     From four times the natural frequency to 35 Hz the inertia takes nearly the whole force, so a known mass
     compares force and velocity. Displacement and velocity are compared from 0.5 to 10 Hz. The gains of all
     three sensors have the same tolerance, with a rectangular distribution of softened limits. The gain of the
-    load cell is the mean of those that leave all three within it. The further the three gains lie apart, the
-    more certain it is. Latencies of the sensors have no effect. Configured bandwidths and attachment are
-    allowed for. An unknown bandwidth below some hundred Hz changes the gain, and so does a specimen that is
-    not elastic above four times its natural frequency.
+    load cell is the mean of those that leave all three within it. The further the three gains lie apart
+    within the tolerance, the more certain it is. Latencies of the sensors have no effect. Configured
+    bandwidths and attachment are allowed for. An unknown bandwidth below some hundred Hz changes the gain,
+    and so does a specimen that is not elastic above four times its natural frequency.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def identify_load_cell(
     ValueError
         If a signal is short or has gaps, an uncertainty is out of range, the sample rate is below 80 Hz, the
         structure is a building, has a power damper or a natural frequency above 8.75 Hz, the piston has play,
-        the test lacks these frequencies, a unit or a sign is wrong, or the gains lie further apart than
-        `gain_uncertainty` allows.
+        the test lacks these frequencies, a unit or a sign is wrong, or two gains lie further apart than 4
+        times `gain_uncertainty`, by more than three standard deviations of their ratio.
 
     Examples
     --------

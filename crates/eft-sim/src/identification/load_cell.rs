@@ -34,8 +34,12 @@ const LEAST_RATE: f64 = 80.0;
 const ITERATIONS: usize = 4;
 /// Width of a tolerance's limits over the tolerance (1): it is a round number, not the edge of what occurs.
 const WIDTH_OF_LIMITS: f64 = 0.1;
-/// Numbers on each side of the middle for the distribution of a gain, and the largest over the tolerance (1).
-const GRID: (i32, f64) = (100, 1.5);
+/// Largest gain over the tolerance (1), and the standard deviations of a ratio within which a gain explains it (1).
+const FURTHEST: f64 = 1.2;
+const DEVIATIONS: f64 = 3.0;
+/// Numbers on each side of the middle for the distribution of a gain, and the largest over the tolerance (1). Beyond
+/// `FURTHEST` it has room for the limits' softness.
+const GRID: (i32, f64) = (140, 2.1);
 
 /// Gains of the sensors, from each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +66,8 @@ pub struct SpecimenSignals<'a> {
 /// The gain of a rig's load cell from a test sampled at a rate (Hz), best a sweep from 0 to 40 Hz.
 ///
 /// `gain_uncertainty` (1) is that of each sensor's gain before the test, `mass_uncertainty` (1) that of
-/// `structure.mass`, both as standard deviations. The gains have a tolerance of about √3 times their uncertainty.
+/// `structure.mass`, both as standard deviations. The gains have a tolerance of about √3 times their uncertainty. Gains that
+/// lie further apart than 4 times it, by more than three standard deviations of their ratio, are refused.
 /// Configured bandwidths and attachment are allowed for. The structure must be elastic in the band.
 ///
 /// # Errors
@@ -192,7 +197,8 @@ fn ratio<const N: usize>(
     Ok(factor)
 }
 
-/// The load cell's gain, in logarithms of the gains: its mean where all three are within their tolerance.
+/// The load cell's gain, in logarithms of the gains: its mean where all three are within their tolerance. None if two gains
+/// lie further apart than that.
 ///
 /// Before the test each gain has a rectangular distribution with inexactly known limits (JCGM 101:2008, 6.4.3), of standard
 /// deviation `gain`.
@@ -203,6 +209,15 @@ fn within_tolerance(
     mass: f64,
 ) -> Option<Estimate> {
     let tolerance = gain * (3.0 / (1.0 + (PI * WIDTH_OF_LIMITS).powi(2))).sqrt();
+    let in_logarithm =
+        |ratio: Estimate, more: f64| (ratio.value.ln(), (ratio.uncertainty / ratio.value).hypot(more));
+    let (first, second) = (in_logarithm(over_velocity, mass), in_logarithm(velocity_over, 0.0));
+    let whole = (first.0 + second.0, first.1.hypot(second.1));
+    let fits =
+        |(apart, deviation): (f64, f64)| apart.abs() - DEVIATIONS * deviation <= 2.0 * FURTHEST * tolerance;
+    if ![first, second, whole].into_iter().all(fits) {
+        return None;
+    }
     let step = GRID.1 * tolerance / f64::from(GRID.0);
     let gains: Vec<f64> = (-GRID.0..=GRID.0).map(|index| f64::from(index) * step).collect();
     let before: Vec<f64> = gains
@@ -210,17 +225,15 @@ fn within_tolerance(
         .map(|one| 1.0 / (1.0 + ((one.abs() / tolerance - 1.0) / WIDTH_OF_LIMITS).exp()))
         .collect();
     // The distribution of a gain, from that of another one and their ratio.
-    let from = |others: &[f64], ratio: Estimate, more: f64| -> Vec<f64> {
-        let middle = ratio.value.ln();
-        let deviation = (ratio.uncertainty / ratio.value).hypot(more).max(step);
+    let from = |others: &[f64], (middle, deviation): (f64, f64)| -> Vec<f64> {
+        let deviation = deviation.max(step);
         let share = |one: f64| -> f64 {
             let density = |other: f64| (-0.5 * ((one - other - middle) / deviation).powi(2)).exp();
             gains.iter().zip(others).map(|(&other, weight)| weight * density(other)).sum()
         };
         gains.iter().zip(&before).map(|(&one, weight)| weight * share(one)).collect()
     };
-    let velocity = from(&before, velocity_over, 0.0);
-    let force = from(&velocity, over_velocity, mass);
+    let force = from(&from(&before, second), first);
     let mean_of = |value: &dyn Fn(f64) -> f64| {
         let sum: f64 = gains.iter().zip(&force).map(|(&one, weight)| weight * value(one)).sum();
         sum / force.iter().sum::<f64>()
@@ -265,7 +278,41 @@ mod tests {
 
     #[test]
     fn gains_beyond_their_tolerance_have_no_common_error() {
-        assert_eq!(within_tolerance(exact(1.3), exact(1.0), 0.001, 0.0), None);
+        for (force, displacement) in [(1.3, 1.0), (1.06, 1.0), (1.028, 0.972), (1.0, 0.94), (0.96, 1.0)] {
+            let found = within_tolerance(exact(force), exact(1.0 / displacement), 0.01, 0.0);
+            assert_eq!(found, None, "{force} {displacement}");
+        }
+        // Neighbours are near enough to each other, the outer two are not.
+        assert_eq!(within_tolerance(exact(1.021), exact(1.021), 0.01, 0.0), None);
+    }
+
+    #[test]
+    fn the_noise_of_a_ratio_and_the_mass_allow_gains_further_apart() {
+        let noisy = Estimate { value: 1.06, uncertainty: 0.01 };
+        for (ratio, mass) in [(noisy, 0.0), (exact(1.06), 0.01)] {
+            let found = within_tolerance(ratio, exact(1.0), 0.01, mass).expect("within");
+            assert!(found.value > 1.01 && found.value < 1.02 && found.uncertainty > 2e-3, "{found:?}");
+        }
+        let less = Estimate { value: 1.06, uncertainty: 0.005 };
+        assert_eq!(within_tolerance(less, exact(1.0), 0.01, 0.0), None);
+    }
+
+    #[test]
+    fn gains_near_the_edge_of_their_tolerance_lie_within_two_stated_deviations() {
+        // Half the largest difference that is not refused, which is 2.4 softened tolerances: 1.98 %.
+        for half in [0.018_f64, 0.0195] {
+            for [force, velocity, displacement] in
+                [[1.0, 0.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, 1.0]]
+            {
+                let ratios =
+                    [force - velocity, velocity - displacement].map(|apart| exact((half * apart).exp()));
+                let found = within_tolerance(ratios[0], ratios[1], 0.01, 0.0).expect("within");
+                let error = found.value.ln() - half * force;
+                assert!(error.abs() < 2.0 * found.uncertainty, "{half} {force} {velocity} {found:?}");
+                // The distribution itself, on all numbers: 0.15 to 0.22 softened tolerances.
+                assert!(found.uncertainty > 2.4e-3 && found.uncertainty < 3.7e-3, "{found:?}");
+            }
+        }
     }
 
     #[test]
