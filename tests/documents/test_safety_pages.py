@@ -338,3 +338,4 @@ def test_the_kept_faults_of_a_swing_are_what_the_code_gives_and_the_pages_state_
     assert f"The force reached up to [{right:.2f} times]" in safety
     assert f"{float(worst['gain']):.2f} times the table's flow" in safety
     assert f"[{float(worst['force']):.2f} times]" in safety
+    assert f"on the rig of {worst['size']}. At {worst['beyond']} of its {worst['moments']} moments" in safety
