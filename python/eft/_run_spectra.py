@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from decimal import ROUND_DOWN, Context
 from functools import reduce
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -107,8 +108,10 @@ def coherence(run: TestRun, segment: float = 4.0) -> Coherence:
         return Coherence(*map(read_only, _rows(run, lambda one: one.coherence(segment))))
     length, rate = run.command.size, run.sample_rate
     samples = round(segment * rate) if abs(segment) <= length / rate else 0
-    if samples < 2 or 2 * samples - samples // 2 > length:
-        allowed = f"at least {2.0 / rate:g} and at most two thirds of the test, {length / 1.5 / rate:.3g} s"
+    most = 2 * length // 3
+    if not 2 <= samples <= most:
+        longest = float(Context(prec=3, rounding=ROUND_DOWN).create_decimal(most / rate))
+        allowed = f"at least {2.0 / rate:g} and at most two thirds of the test, {longest:g} s"
         raise ValueError(f"segment = {segment:g} s: must be {allowed}")
     return Coherence(*map(read_only, _native.coherence(run.command, run.force, run.sample_rate, samples)))
 

@@ -115,12 +115,14 @@ def test_a_seed_beyond_64_bits_is_refused():
         RIG.replace({"sensors.seed": 2**63})
 
 
-@pytest.mark.parametrize("segment", [-1.0, 1e-3, 0.8, 5.0, 1e300, float("nan")])
+@pytest.mark.parametrize("segment", [-1.0, 1e-3, 0.667, 0.8, 5.0, 1e300, float("nan")])
 def test_a_segment_that_does_not_fit_is_refused_in_seconds(segment):
-    allowed = r"must be at least 0\.00195312 and at most two thirds of the test, 0\.667 s$"
+    allowed = r"must be at least 0\.00195312 and at most two thirds of the test, 0\.666 s$"
     with pytest.raises(ValueError, match=rf"^segment = {re.escape(f'{segment:g}')} s: {allowed}"):
         RUN.coherence(segment)
+    # The limits that the message names are allowed.
     assert RUN.coherence(0.666).coherence.max() <= 1.0
+    assert RUN.coherence(0.00195312).frequency.size <= 2
 
 
 def test_numbers_of_numpy_are_numbers():
