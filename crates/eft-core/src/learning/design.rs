@@ -17,6 +17,7 @@ const LONGEST_LAG: f64 = 524_288.0;
 const WINDOW_RATE: f64 = 200.0;
 /// Ticks of the shortest window.
 const SHORTEST: u32 = 8;
+
 /// Ticks of a window at a sample rate (Hz): a power of two, the shortest for NaN.
 pub const fn window_ticks(sample_rate: f64) -> u32 {
     let mut ticks = SHORTEST;

@@ -59,7 +59,7 @@ impl<T: Real, const N: usize> Learner<T, N> {
     }
 
     /// Takes the means of a whole window. Returns whether the filters start anew, because this window or the last one is
-    /// not whole or missing.
+    /// missing or not whole.
     fn measure(&self, state: &mut LearnerState<T>, window: &Window<T>) -> bool {
         let found = self.means(window, state.valve.found.gain.value);
         let whole = window.lost == 0 && self.is_possible(&found);
