@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -67,10 +67,10 @@ class Traces(ReadOnly):
         return self.columns[quantity]
 
     def __contains__(self, quantity: object) -> bool:
-        return quantity in self.columns
+        return isinstance(quantity, str) and quantity in self.columns
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.columns)
+    # The length counts samples, so an iteration would have to give them and not the names.
+    __iter__ = None
 
     @property
     def time(self) -> Array:
