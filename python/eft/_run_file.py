@@ -28,7 +28,7 @@ wrote the file. A trace of ``units`` without an array is damage.
 from __future__ import annotations
 
 import json
-import math
+import sys
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -238,13 +238,13 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         if not isinstance(about.setdefault(name, ""), str):
             raise ValueError(f"{name} is {about[name]!r}")
     if scale is not None:
+        if not _is_number(scale):
+            raise ValueError(f"scale is {scale!r}")
         scale = float(scale)
-        if not math.isfinite(scale):
-            raise ValueError(f"scale is {scale}")
     if mass is not None:
+        if not all(_is_number(one) and one > 0.0 for one in (mass if isinstance(mass, list) else [mass])):
+            raise ValueError(f"mass is {mass!r}")
         mass = np.asarray(mass, dtype=np.float64)
-        if not np.all((mass > 0.0) & np.isfinite(mass)):
-            raise ValueError(f"mass is {about['mass']!r}")
         if mass.shape not in ((), shape[:-1]):
             raise ValueError(f"mass is of shape {mass.shape}")
     # Older files do not say which traces the rig has not.
@@ -271,6 +271,11 @@ def _about(text: str, shape: tuple[int, ...]) -> dict[str, Any]:
         "_floor": about.get("floor"),
         **tables,
     }
+
+
+def _is_number(value: Any) -> bool:
+    """Whether a value of JSON is a finite number, which a truth value or a text is not."""
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
 def _told(name: str, value: NDArray[Any], kind: str) -> Any:

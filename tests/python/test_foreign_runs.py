@@ -59,7 +59,8 @@ def test_what_is_not_asked_for_is_not_read(saved, tmp_path, peak_memory):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("scale", "1e999"), ("scale", float("nan")), ("mass", -5.0), ("mass", 0.0), ("mass", float("inf"))],
+    [("scale", value) for value in ("1e999", "2", True, float("nan"), 10**400, [1.0])]
+    + [("mass", value) for value in (-5.0, 0.0, float("inf"), True, "7040", [True], [], [[7040.0]])],
 )
 def test_a_ground_motion_of_impossible_scale_or_mass_is_refused(saved, name, value, tmp_path, capsys):
     arrays, file = contents(saved), tmp_path / "run.eft"
