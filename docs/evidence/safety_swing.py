@@ -2,7 +2,8 @@
 
 ``python docs/evidence/safety_swing.py [MOMENTS]`` begins each fault at equally spaced moments of one period
 of the sine of `safety_sizes`, on the same three rigs. Every second test is self-calibrating. The valve's flow
-is that of the table times a gain. It writes ``data/safety_swing.csv``, of which `safety_tables` makes a table.
+is that of the table times a gain. It writes ``data/safety_swing.csv``, of which `safety_tables` makes a
+table.
 """
 
 import sys
