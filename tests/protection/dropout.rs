@@ -30,9 +30,9 @@ fn lost_samples_are_no_contradiction() {
 fn the_displacement_that_replaces_a_velocity_may_lose_samples() {
     for bench in benches() {
         let period = 1.0 / bench.sine[1];
-        let faults = ["lost", "sign"].into_iter().flat_map(|kind| {
-            (0..6).map(move |moment| (kind, START + f64::from(moment) / 6.0 * period))
-        });
+        let faults = ["lost", "sign"]
+            .into_iter()
+            .flat_map(|kind| (0..6).map(move |moment| (kind, START + f64::from(moment) / 6.0 * period)));
         let rigs: Vec<_> = faults
             .clone()
             .map(|(kind, start)| {
